@@ -1,10 +1,10 @@
-"""What the instructions of a GPU's text are assembled to: its machine code.
+"""Machine code of a GPU, assembled from PTX.
 
-A driver could assemble the text too. But it knows no text of a compiler that is newer
-than itself, while it runs the machine code of any toolkit of its major version; and
-each process would have it assembled anew. NVIDIA's linker, nvJitLink, needs neither a
-GPU nor its driver, so that this is tested anywhere, and what is tested is what flies.
-It may not change what an operation gives: the text says how each is rounded.
+A driver could assemble PTX too. But a driver does not know the PTX of a compiler that
+is newer than the driver itself, while it runs machine code of any toolkit of its major
+version. Also, each process would assemble again. NVIDIA's linker, nvJitLink, needs
+neither a GPU nor its driver. So any machine can test the code that GPUs run. Assembling
+does not change results: PTX says how each operation is rounded.
 """
 
 import hashlib
@@ -19,13 +19,14 @@ from kernels.caching import kept
 from kernels.device.batch import DeviceError
 
 OPTIONS = ("-verbose", "-Xptxas=-v")
-"""Of the assembler: that it says what it has made."""
+"""Options of the assembler: it reports the resources of its code."""
 TOOLKIT: int = nvjitlink.version()[0]
-"""The major version of CUDA of which the assembler is: drivers of earlier ones do not
-run its code.
+"""Major version of CUDA of the assembler.
+
+Drivers of earlier versions do not run its code.
 """
 MOST_REGISTERS = 255
-"""Of a thread, of 32 bits each, in all GPUs that there are."""
+"""Most registers of a thread, of 32 bits each, on any GPU."""
 NEEDS = re.compile(
     r"(\d+) bytes stack frame, (\d+) bytes spill stores, (\d+) bytes spill loads"
 )
@@ -33,13 +34,14 @@ REGISTERS = re.compile(r"Used (\d+) registers")
 
 
 class AssemblyError(DeviceError):
-    """The assembler refuses a text; the message is its own."""
+    """Error of the assembler, with its own message."""
 
 
 class Needs(NamedTuple):
-    """What a thread needs, in the assembler's own words: its registers; the bytes of
-    its stack; and the bytes that its text writes there and reads again since it has no
-    register for them (spills).
+    """Resources of a thread, as the assembler reports them.
+
+    `stack` is the size of its stack in bytes. `spilled` and `read_back` are the bytes
+    that the code writes there and reads again because registers are lacking (spills).
     """
 
     registers: int
@@ -49,7 +51,7 @@ class Needs(NamedTuple):
 
 
 class Assembled(NamedTuple):
-    """Machine code, and what a thread needs to run it."""
+    """Machine code, and the resources that a thread needs to run it."""
 
     code: bytes
     needs: Needs
@@ -58,16 +60,29 @@ class Assembled(NamedTuple):
 def assembled(
     text: str, capability: tuple[int, int], registers: int = MOST_REGISTERS
 ) -> Assembled:
-    """The machine code of a text for GPUs of this kind, which is kept. A thread has so
-    many registers at most; with fewer, more threads fly at once, and each has more in
-    its memory. Raises AssemblyError.
+    """Return the machine code of PTX, which is kept in the folder of kernels.
+
+    Parameters
+    ----------
+    text : str
+        PTX.
+    capability : tuple of int
+        Compute capability of the GPU, for example ``(9, 0)``.
+    registers : int, default MOST_REGISTERS
+        Most registers of a thread. With fewer registers more trials run at once, and
+        each keeps more in memory.
+
+    Raises
+    ------
+    AssemblyError
+        If the assembler rejects the text.
     """
     parts = text, capability, registers, OPTIONS, nvjitlink.version()
     name = hashlib.sha256(repr(parts).encode()).hexdigest()[:48]
 
     def make() -> bytes:
-        made = assemble(text, capability, registers)
-        return b"%d %d %d %d\n" % made.needs + made.code
+        fresh = assemble(text, capability, registers)
+        return b"%d %d %d %d\n" % fresh.needs + fresh.code
 
     needs, _, code = kept(f"{name}.cubin", make).partition(b"\n")
     return Assembled(code, Needs(*map(int, needs.split())))
@@ -76,39 +91,56 @@ def assembled(
 def assemble(
     text: str, capability: tuple[int, int], registers: int = MOST_REGISTERS
 ) -> Assembled:
-    """What is kept by `assembled`, made now: some seconds."""
-    given = ["-arch=sm_{}{}".format(*capability), f"-maxrregcount={registers}"]
-    given += OPTIONS
+    """Return the machine code of PTX, assembled now, which takes seconds.
+
+    Parameters
+    ----------
+    text : str
+        PTX.
+    capability : tuple of int
+        Compute capability of the GPU.
+    registers : int, default MOST_REGISTERS
+        Most registers of a thread.
+
+    Raises
+    ------
+    AssemblyError
+        If the assembler rejects the text.
+    """
+    options = ["-arch=sm_{}{}".format(*capability), f"-maxrregcount={registers}"]
+    options += OPTIONS
     ptx = text.encode("ascii")
     try:
-        handle = nvjitlink.create(len(given), given)
+        handle = nvjitlink.create(len(options), options)
     except nvjitlink.nvJitLinkError as error:
-        raise AssemblyError(f"{given[0]}: {error}") from error
+        raise AssemblyError(f"{options[0]}: {error}") from error
     try:
         kind = nvjitlink.InputType.PTX
-        nvjitlink.add_data(handle, kind, ptx, len(ptx), "kernel.ptx")
+        nvjitlink.add_data(handle, kind, ptx, len(ptx), name="kernel.ptx")
         nvjitlink.complete(handle)
         code = np.empty(nvjitlink.get_linked_cubin_size(handle), np.uint8)
         nvjitlink.get_linked_cubin(handle, code)
-        said = np.empty(nvjitlink.get_info_log_size(handle), np.uint8)
-        nvjitlink.get_info_log(handle, said)
+        log = np.empty(nvjitlink.get_info_log_size(handle), np.uint8)
+        nvjitlink.get_info_log(handle, log)
     except nvjitlink.nvJitLinkError as error:
-        said = np.empty(nvjitlink.get_error_log_size(handle), np.uint8)
-        nvjitlink.get_error_log(handle, said)
-        raise AssemblyError(f"{error}: {_words(said)}") from error
+        log = np.empty(nvjitlink.get_error_log_size(handle), np.uint8)
+        nvjitlink.get_error_log(handle, log)
+        raise AssemblyError(f"{error}: {_words(log)}") from error
     finally:
         nvjitlink.destroy(handle)
-    return Assembled(code.tobytes(), _needs(_words(said)))
+    return Assembled(code.tobytes(), _needs(_words(log)))
 
 
-def _words(said: NDArray[np.uint8]) -> str:
-    return said.tobytes().rstrip(b"\0").decode(errors="replace").strip()
+def _words(log: NDArray[np.uint8]) -> str:
+    return log.tobytes().rstrip(b"\0").decode(errors="replace").strip()
 
 
-def _needs(said: str) -> Needs:
-    """Of all functions of a text together, so that no call of one is missed: it has one
-    where the compiler has put all others into it.
+def _needs(log: str) -> Needs:
+    """Return the resources of all functions of a text together.
+
+    So no call of a function is missed. Usually there is one function, because the
+    compiler inlines all others.
     """
-    registers = max(map(int, REGISTERS.findall(said)))
-    frames = [tuple(map(int, one)) for one in NEEDS.findall(said)]
+    registers = max(map(int, REGISTERS.findall(log)))
+    frames = [tuple(map(int, frame)) for frame in NEEDS.findall(log)]
     return Needs(registers, *map(sum, zip(*frames, strict=True)))

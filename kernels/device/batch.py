@@ -1,7 +1,7 @@
-"""Flights that are sent to a device, advanced there, and brought back.
+"""Trials that are sent to a device, advanced there, and brought back.
 
-They have the bits that they have alone: the kernel is made of the same functions, and
-nothing of one flight depends on another. What a batch needs of a device is a Device.
+Results are bitwise identical to those of a trial that runs alone. The kernel consists
+of the same functions, and no trial depends on another. Device lists what a batch needs.
 """
 
 from collections.abc import Hashable, Iterator, Sequence
@@ -30,61 +30,113 @@ from kernels.generator import Stream
 from kernels.metrics import Metric
 from kernels.recording import FILLED, Frames
 
-FRAMES_THERE, FRAME_BYTES = 8, 2**18
-"""So many frames of a flight are kept on a device until they are measured there; and so
-many bytes of them until they are brought back.
-"""
+FRAMES_THERE = 8
+"""Frames per trial that a device keeps until it measures them."""
+FRAME_BYTES = 2**18
+"""Bytes of frames per trial that a device keeps until they are brought back."""
 BOID_STEPS_A_CALL = 10_000
-"""Of each flight: so that a call ends soon, as systems with a screen demand, and other
-processes have their turn.
+"""Boid-steps per trial in a call.
+
+A call ends soon, because systems with a screen demand it and other processes wait for
+the device.
 """
-NARROW, WIDE = np.dtype(np.int16), np.dtype(np.int32)
-"""The numbers of the pixels of a map: narrow where no pixel can have more visits."""
+NARROW = np.dtype(np.int16)
+"""Type of the pixels of a map of visits, if no pixel can have more visits."""
+WIDE = np.dtype(np.int32)
+"""Type of the pixels of other maps of visits."""
 
 
 class Device(Protocol):
-    """What runs kernels of thousands of flights. `name` is for people.
+    """Runner of kernels of thousands of trials.
 
-    `take` gives memory for so many numbers of a kind, whose content is anything, and
-    raises NoRoomError where there is none; `send` and `bring` copy there, from the
-    element `first` on, and back. `load` makes a program of a kernel. `call` begins to
-    run it once for each trial below `count`, with these `numbers` and memories, after
-    all that was asked for before; `wait` returns when all is over. All may raise
+    `name` is for people. Calls run one after the other. All methods may raise
     DeviceError.
     """
 
     name: str
 
-    def free_bytes(self) -> int: ...
+    def free_bytes(self) -> int:
+        """Return the bytes of memory that are free."""
 
-    def load(self, kernel: Kernel) -> Any: ...
+    def load(self, kernel: Kernel) -> Any:
+        """Return the program of a kernel."""
 
-    def take(self, size: int, kind: Type) -> Any: ...
+    def take(self, size: int, kind: Type) -> Any:
+        """Return memory, whose content is arbitrary.
 
-    def give_back(self, room: Any) -> None: ...
+        Parameters
+        ----------
+        size : int
+            Number of numbers.
+        kind : Type
+            Type of the numbers.
 
-    def send(self, array: NDArray[Any], room: Any, first: int = 0) -> None: ...
+        Raises
+        ------
+        NoRoomError
+            If there is too little memory.
+        """
 
-    def bring(self, room: Any, array: NDArray[Any], first: int = 0) -> None: ...
+    def give_back(self, room: Any) -> None:
+        """Free memory."""
+
+    def send(self, array: NDArray[Any], room: Any, first: int = 0) -> None:
+        """Copy an array into memory of the device.
+
+        Parameters
+        ----------
+        array : array
+        room : memory
+            Result of `take`.
+        first : int, default 0
+            Index in `room` of the first element.
+        """
+
+    def bring(self, room: Any, array: NDArray[Any], first: int = 0) -> None:
+        """Copy memory of the device into an array.
+
+        Parameters
+        ----------
+        room : memory
+            Result of `take`.
+        array : array
+        first : int, default 0
+            Index in `room` of the first element.
+        """
 
     def call(
         self, program: Any, numbers: Sequence[float], rooms: Sequence[Any], count: int
-    ) -> None: ...
+    ) -> None:
+        """Begin to run a program for each trial, after all earlier calls.
 
-    def wait(self) -> None: ...
+        Parameters
+        ----------
+        program : program
+            Result of `load`.
+        numbers : sequence of float or int
+            Numbers that all trials get.
+        rooms : sequence of memory
+            Memories that all trials get.
+        count : int
+            Number of trials.
+        """
+
+    def wait(self) -> None:
+        """Return when all calls are complete."""
 
 
 class NoRoomError(Exception):
-    """A device has too little memory for what was asked of `take`."""
+    """Error of a device that has too little memory for a request."""
 
 
 class DeviceError(Exception):
-    """A device has failed, and not a flight: what it has done so far is lost."""
+    """Failure of a device, not of a trial; its work so far is lost."""
 
 
 class KeptFrames(NamedTuple):
-    """The frames that a flight has kept on a device: their steps (F,) and what was
-    measured in them (number of metrics, F).
+    """Frames of a trial that a device measured.
+
+    `steps` (F,) are their steps, and `values` (number of metrics, F) the metrics.
     """
 
     steps: NDArray[np.int64]
@@ -92,10 +144,10 @@ class KeptFrames(NamedTuple):
 
 
 class Batch:
-    """Flights of one model and one `form`, whose first frame was taken.
+    """Trials of one model and one `form` whose first frame was taken.
 
-    Their frames are measured by `metrics` on the device; with None they are brought
-    back, call by call. `shared` says that all have the same scenery.
+    The device measures their frames by `metrics`. If `metrics` is None, frames are
+    brought back call by call. `shared` means that all trials have the same scenery.
     """
 
     def __init__(
@@ -105,18 +157,21 @@ class Batch:
         metrics: Sequence[Metric] | None,
         shared: bool,
     ) -> None:
-        self.flights, self._metrics = flights, metrics
+        self.flights = flights
+        self._metrics = metrics
         self.states = np.full(len(flights), GOING)
         self._trees = [
             tree_of(flight, stream)
             for flight, stream in zip(flights, streams, strict=True)
         ]
         first = flights[0]
-        coverage, schedule = first.record.coverage, first.schedule
-        self._n, self._left = schedule.n, schedule.steps - first.step
-        places = {id(one): k for k, one in enumerate(leaves_of(self._trees[0]))}
+        coverage = first.record.coverage
+        schedule = first.schedule
+        self._n = schedule.n
+        self._left = schedule.steps - first.step
+        places = {id(leaf): k for k, leaf in enumerate(leaves_of(self._trees[0]))}
         self._maps = places[id(coverage.visits)]
-        self._frames = [places[id(one)] for one in first.record.frames]
+        self._frames = [places[id(array)] for array in first.record.frames]
         narrow = schedule.n * schedule.steps < np.iinfo(NARROW).max
         rooms = {
             self._maps: Space(coverage.visits.shape, NARROW if narrow else WIDE, False)
@@ -126,12 +181,14 @@ class Batch:
             shape = self._room, *array.shape[1:]
             rooms[place] = Space(shape, array.dtype, beside=metrics is not None)
         self.layout = lay_out(self._trees, _parts(first), shared, rooms)
-        measures = None if metrics is None else tuple(one.measure for one in metrics)
+        measures = (
+            None if metrics is None else tuple(metric.measure for metric in metrics)
+        )
         self.kernel = kernel_of(first.model, measures, self.layout, self._maps)
 
     @property
     def bytes(self) -> int:
-        """The memory of a device that the flights need."""
+        """Bytes of memory of a device that the trials need."""
         tables = sum(
             kind.itemsize * self._size(name)
             for name, kind in self.kernel.arrays.items()
@@ -148,14 +205,15 @@ class Batch:
 
     @property
     def _most_frames(self) -> int:
-        """Of a flight, that are measured on the device."""
+        """Most frames per trial that the device measures."""
         if self._metrics is None:
             return 0
         return self._left // self.flights[0].record.every + 2
 
     def _size(self, name: str) -> int:
-        """The elements of an array that is given to the kernel."""
-        layout, count = self.layout, self.layout.count
+        """Return the number of elements of an array of the kernel."""
+        layout = self.layout
+        count = layout.count
         if name.startswith(SENT) and (kind := name.removeprefix(SENT)) in layout.sizes:
             return layout.rows.get(kind, 0) * count
         sizes = layout.sizes | {
@@ -174,26 +232,47 @@ class Batch:
 
     @property
     def _n_maps(self) -> int:
-        """The maps that are sent: one, if all flights have the same pixels."""
+        """Number of maps to send: one if all trials have the same pixels."""
         first = self.flights[0].record.coverage.visits
-        alike = all(one.record.coverage.visits is first for one in self.flights)
+        alike = all(flight.record.coverage.visits is first for flight in self.flights)
         return 1 if alike else len(self.flights)
 
     def fly(self, device: Device, maps: bool) -> Iterator[list[KeptFrames]]:
-        """Take all steps. Yields what each flight has kept since before, once where it
-        is measured there; else the flights' own frames are filled each time. After the
-        last, flights are where they ended, and so are their visits if `maps` are
-        wanted. Raises NoRoomError and DeviceError.
+        """Run all steps on a device, and yield the frames of each call.
+
+        Afterwards each flight has its final state.
+
+        Parameters
+        ----------
+        device : Device
+        maps : bool
+            Bring the maps of visits back too.
+
+        Yields
+        ------
+        list of KeptFrames
+            One per trial, only once and at the end, if the device measures frames. Else
+            an empty list per call: then the frames of the flights themselves are
+            filled.
+
+        Raises
+        ------
+        NoRoomError
+            If the device has too little memory.
+        DeviceError
+            If the device fails.
         """
         with ExitStack() as stack:
             yield from _Aboard(self, device, stack).fly(maps)
 
 
 class _Aboard:
-    """A batch on a device."""
+    """Batch on a device."""
 
     def __init__(self, batch: Batch, device: Device, stack: ExitStack) -> None:
-        self.batch, self.device, self.layout = batch, device, batch.layout
+        self.batch = batch
+        self.device = device
+        self.layout = batch.layout
         self.program = device.load(batch.kernel)
         self.rooms = dict[str, Any]()
         for name, kind in batch.kernel.arrays.items():
@@ -202,10 +281,11 @@ class _Aboard:
             self.rooms[name] = room
 
     def fly(self, maps: bool) -> Iterator[list[KeptFrames]]:
-        batch, device = self.batch, self.device
+        """Run all steps; see Batch.fly."""
+        batch = self.batch
         self._enter()
-        left, n = batch._left, max(1, batch._n)
-        at_once = max(1, BOID_STEPS_A_CALL // n)
+        left = batch._left
+        at_once = max(1, BOID_STEPS_A_CALL // max(1, batch._n))
         if batch._metrics is None:
             every = batch.flights[0].record.every
             at_once = min(at_once, (batch._room - 1) * every)
@@ -215,21 +295,25 @@ class _Aboard:
             if batch._metrics is None:
                 yield self._bring_frames()
         self._call(LEAVE)
-        device.wait()
+        self.device.wait()
         self._leave(maps)
         if batch._metrics is not None:
             yield self._measured()
 
     def _call(self, task: int, steps: int = 0) -> None:
-        batch, count = self.batch, self.layout.count
+        batch = self.batch
+        layout = self.layout
+        count = layout.count
         lengths = count, batch._n_maps, batch._n_pixels, batch._most_frames
         rooms = list(self.rooms.values())
-        numbers = task, steps, *lengths, *self.layout.given, *self.layout.alike
+        common = *layout.common_integers, *layout.common_floats
+        numbers = task, steps, *lengths, *common
         self.device.call(self.program, numbers, rooms, count)
 
     def _enter(self) -> None:
-        layout, device, batch = self.layout, self.device, self.batch
-        for numbers, array in layout.sent(batch._trees).items():
+        layout = self.layout
+        device = self.device
+        for numbers, array in layout.sent(self.batch._trees).items():
             device.send(array, self.rooms[SENT + numbers])
         for numbers, first, array in layout.apart():
             device.send(np.ascontiguousarray(array), self.rooms[numbers], first)
@@ -240,11 +324,12 @@ class _Aboard:
         self._call(ENTER)
 
     def _maps(self) -> NDArray[Any]:
-        """The maps that are sent, with the lowest number in obstacles."""
-        numbers, batch = self.batch.kernel.maps, self.batch
-        kept = [one.record.coverage.visits for one in batch.flights[: batch._n_maps]]
+        """Return the maps to send, with the lowest number in obstacles."""
+        batch = self.batch
+        numbers = batch.kernel.maps
+        flights = batch.flights[: batch._n_maps]
         least = np.iinfo(numbers).min
-        maps = np.stack(kept)
+        maps = np.stack([flight.record.coverage.visits for flight in flights])
         return np.where(maps < 0, least, maps).astype(numbers)
 
     def _bring_marks(self) -> NDArray[np.int64]:
@@ -254,14 +339,14 @@ class _Aboard:
         return marks
 
     def _bring_frames(self) -> list[KeptFrames]:
-        """Give each flight the frames that it has kept since the last call."""
+        """Give each flight its frames since the last call; return an empty list."""
         self.device.wait()
         brought = [self._bring_block(place) for place in self.batch._frames]
-        kept = self._bring_marks()[KEPT]
+        counts = self._bring_marks()[KEPT]
         for k, flight in enumerate(self.batch.flights):
-            frames = Frames(*(one[k] for one in brought))
+            frames = Frames(*(block[k] for block in brought))
             flight.record = flight.record._replace(frames=frames)
-            flight.record.progress[FILLED] = kept[k]
+            flight.record.progress[FILLED] = counts[k]
         return []
 
     def _bring_block(self, place: int) -> NDArray[Any]:
@@ -271,8 +356,9 @@ class _Aboard:
         return array
 
     def _leave(self, maps: bool) -> None:
-        """Bring flights to where they ended."""
-        batch, layout = self.batch, self.layout
+        """Give each flight its final state."""
+        batch = self.batch
+        layout = self.layout
         sent = layout.room_for_sent()
         for numbers, array in sent.items():
             self.device.bring(self.rooms[SENT + numbers], array)
@@ -286,15 +372,16 @@ class _Aboard:
                 flight.record = flight.record._replace(coverage=coverage)
 
     def _measured(self) -> list[KeptFrames]:
-        batch, count = self.batch, self.layout.count
-        most, metrics = batch._most_frames, len(batch._metrics or ())
+        batch = self.batch
+        count = self.layout.count
+        most = batch._most_frames
         steps = np.empty((count, most), np.int64)
-        values = np.empty((count, metrics, most))
+        values = np.empty((count, len(batch._metrics or ()), most))
         self.device.bring(self.rooms["steps_of"], steps)
         self.device.bring(self.rooms["values"], values)
-        kept = self._bring_marks()[KEPT]
+        counts = self._bring_marks()[KEPT]
         return [
-            KeptFrames(steps[k, : kept[k]], values[k, :, : kept[k]])
+            KeptFrames(steps[k, : counts[k]], values[k, :, : counts[k]])
             for k in range(count)
         ]
 
@@ -309,12 +396,12 @@ def _parts(flight: Flight) -> Parts:
 
 
 def form(flight: Flight, stream: Stream) -> Hashable:
-    """What flights have in common that can fly together."""
+    """Return what is equal for trials that can run in one batch."""
     return form_of(tree_of(flight, stream), _parts(flight))
 
 
 def tree_of(flight: Flight, stream: Stream) -> tuple[Any, ...]:
-    """All of a flight that a kernel reads or writes."""
+    """Return all parts of a trial that a kernel reads or writes."""
     return (
         *(flight.flock, flight.world, flight.params, flight.work, flight.record),
         *(flight.ground, flight.observation, stream),

@@ -1,7 +1,7 @@
 """A device that is an NVIDIA GPU, by the driver's own functions.
 
-Each process has one. Calls are begun one after the other, and return before they are
-over. After an error of the driver nothing more can be done in this process.
+Each process has one. Calls begin one after the other, and return before they are
+complete. After an error of the driver this process cannot use the GPU any more.
 """
 
 import ctypes
@@ -19,7 +19,10 @@ from kernels.device.layout import Type
 from kernels.device.ptx import VERSIONS, NotForDeviceError, ptx_of
 
 THREADS = 64
-"""In a block. A flight needs all registers of a thread, so that few blocks fit."""
+"""Threads per block.
+
+A trial needs all registers of a thread, so that few blocks fit.
+"""
 DONE = driver.CUresult.CUDA_SUCCESS
 NO_ROOM = driver.CUresult.CUDA_ERROR_OUT_OF_MEMORY
 MAJOR = driver.CUdevice_attribute.CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MAJOR
@@ -31,19 +34,21 @@ KINDS = {int: ctypes.c_int64, float: ctypes.c_double}
 
 
 class There(NamedTuple):
-    """Memory of a GPU: where it begins, and the bytes of a number."""
+    """Memory of a GPU: its address, and the bytes per number."""
 
     address: int
     itemsize: int
 
 
 class Gpu:
-    """The GPU `number` of those that this process sees. Kernels are run with so many
-    `threads` in a block, and so many `registers` of a thread at most. Raises
-    DeviceError where there is none.
+    """GPU `number` of those that are visible to this process.
+
+    `threads` is the number of threads per block, and `registers` the most registers per
+    thread. Raises DeviceError if there is no such GPU, or its driver is too old.
     """
 
-    threads, registers = THREADS, MOST_REGISTERS
+    threads = THREADS
+    registers = MOST_REGISTERS
 
     def __init__(self, number: int = 0) -> None:
         try:
@@ -65,16 +70,18 @@ class Gpu:
                 f" {TOOLKIT}.0 or later"
             )
         major, minor = (
-            int(self._ask("cuDeviceGetAttribute", one, device))
-            for one in (MAJOR, MINOR)
+            int(self._ask("cuDeviceGetAttribute", part, device))
+            for part in (MAJOR, MINOR)
         )
         self.capability = major, minor
-        self._device, self._is_ready = device, False
+        self._device = device
+        self._is_ready = False
         self._programs = dict[tuple[str, int], Any]()
 
     def _begin(self) -> None:
-        """Have the GPU know this process, which takes some memory of it; who only asks
-        what it is does not need that.
+        """Open the context of this process on the GPU.
+
+        It takes memory of the GPU, and questions about the device do not need it.
         """
         if not self._is_ready:
             self._ask("cuDevicePrimaryCtxSetFlags", self._device, SLEEPS)
@@ -83,13 +90,16 @@ class Gpu:
             self._is_ready = True
 
     def free_bytes(self) -> int:
+        """Return the bytes of memory that are free."""
         self._begin()
         free, _total = self._ask("cuMemGetInfo")
         return int(free)
 
     def load(self, kernel: Kernel) -> Any:
-        """Raises NotForDeviceError also for a kernel that would not have the bits of a
-        processor.
+        """Return the program of a kernel.
+
+        Raises NotForDeviceError if the kernel has no PTX, or one whose results may
+        differ from those of a processor.
         """
         self._begin()
         compiled = ptx_of(kernel, self.capability)
@@ -97,29 +107,64 @@ class Gpu:
             raise NotForDeviceError(f"model {kernel.model.name}: {compiled.refusal}")
         key = compiled.text, self.registers
         if key not in self._programs:
-            made = assembled(compiled.text, self.capability, self.registers)
-            module = self._ask("cuModuleLoadData", made.code)
+            machine = assembled(compiled.text, self.capability, self.registers)
+            module = self._ask("cuModuleLoadData", machine.code)
             entry = compiled.entry.encode()
             self._programs[key] = self._ask("cuModuleGetFunction", module, entry)
         return self._programs[key]
 
     def take(self, size: int, kind: Type) -> There:
+        """Return memory, whose content is arbitrary.
+
+        Parameters
+        ----------
+        size : int
+            Number of numbers.
+        kind : Type
+            Type of the numbers.
+
+        Raises
+        ------
+        NoRoomError
+            If there is too little memory.
+        """
         self._begin()
         return There(int(self._ask("cuMemAlloc", size * kind.itemsize)), kind.itemsize)
 
     def give_back(self, room: There) -> None:
+        """Free memory."""
         driver.cuMemFree(room.address)  # after an error it goes with the process
 
     def send(self, array: NDArray[Any], room: There, first: int = 0) -> None:
+        """Copy an array into memory of the GPU.
+
+        Parameters
+        ----------
+        array : array
+        room : There
+            Result of `take`.
+        first : int, default 0
+            Index in `room` of the first element.
+        """
         array = np.ascontiguousarray(array)
         if array.size:
-            there = room.address + first * room.itemsize
-            self._ask("cuMemcpyHtoD", there, array.ctypes.data, array.nbytes)
+            address = room.address + first * room.itemsize
+            self._ask("cuMemcpyHtoD", address, array.ctypes.data, array.nbytes)
 
     def bring(self, room: There, array: NDArray[Any], first: int = 0) -> None:
+        """Copy memory of the GPU into an array.
+
+        Parameters
+        ----------
+        room : There
+            Result of `take`.
+        array : array
+        first : int, default 0
+            Index in `room` of the first element.
+        """
         if array.size:
-            there = room.address + first * room.itemsize
-            self._ask("cuMemcpyDtoH", array.ctypes.data, there, array.nbytes)
+            address = room.address + first * room.itemsize
+            self._ask("cuMemcpyDtoH", array.ctypes.data, address, array.nbytes)
 
     def call(
         self,
@@ -128,21 +173,39 @@ class Gpu:
         rooms: Sequence[There],
         count: int,
     ) -> None:
-        given = (*numbers, *(room.address for room in rooms))
-        kinds = *(KINDS[type(one)] for one in numbers), *[ctypes.c_void_p] * len(rooms)
+        """Begin to run a program for each trial, after all earlier calls.
+
+        Parameters
+        ----------
+        program : function of the driver
+            Result of `load`.
+        numbers : sequence of float or int
+            Numbers that all trials get.
+        rooms : sequence of There
+            Memories that all trials get.
+        count : int
+            Number of trials.
+        """
+        arguments = (*numbers, *(room.address for room in rooms))
+        kinds = (
+            *(KINDS[type(number)] for number in numbers),
+            *[ctypes.c_void_p] * len(rooms),
+        )
         blocks = -(-count // self.threads)
-        where = *(blocks, 1, 1), *(self.threads, 1, 1), 0, 0
-        self._ask("cuLaunchKernel", program, *where, (given, kinds), 0)
+        sizes = *(blocks, 1, 1), *(self.threads, 1, 1)
+        launch = *sizes, 0, 0, (arguments, kinds), 0
+        self._ask("cuLaunchKernel", program, *launch)
 
     def wait(self) -> None:
+        """Return when all calls are complete."""
         self._ask("cuCtxSynchronize")
 
-    def _ask(self, function: str, *given: Any) -> Any:
-        """What a function of the driver gives back besides its error."""
-        error, *found = getattr(driver, function)(*given)
+    def _ask(self, function: str, *arguments: Any) -> Any:
+        """Call a function of the driver, and return its results without the error."""
+        error, *results = getattr(driver, function)(*arguments)
         if error == NO_ROOM and function == "cuMemAlloc":
             raise NoRoomError("the GPU has no memory left")
         if error != DONE:
             _, words = driver.cuGetErrorString(error)
             raise DeviceError(f"{function}: {words.decode() if words else error}")
-        return found[0] if len(found) == 1 else tuple(found)
+        return results[0] if len(results) == 1 else tuple(results)

@@ -1,5 +1,7 @@
-"""A device that is this processor: flights fly there as on a GPU, from the same large
-arrays, one after the other. Tests use it, and whoever looks for a defect.
+"""A device that is this processor.
+
+Trials run as on a GPU, from the same large arrays, but one after the other. It is for
+tests and for debugging.
 """
 
 from collections.abc import Callable, Sequence
@@ -13,11 +15,11 @@ from kernels.device.kernel import Kernel
 from kernels.device.layout import Type
 
 MEMORY = 2**31
-"""The bytes that this device has by default."""
+"""Bytes of memory of this device by default."""
 
 
 class Host:
-    """A device of so many bytes of `memory`; see kernels.device.batch.Device."""
+    """Device with `memory` bytes; see kernels.device.batch.Device."""
 
     name = "this processor"
 
@@ -26,12 +28,28 @@ class Host:
         self._held = 0
 
     def free_bytes(self) -> int:
+        """Return the bytes that are not taken."""
         return self.memory - self._held
 
     def load(self, kernel: Kernel) -> Callable[..., None]:
+        """Return the function that runs one trial."""
         return kernel.of_trial
 
     def take(self, size: int, kind: Type) -> NDArray[Any]:
+        """Return memory, whose content is arbitrary.
+
+        Parameters
+        ----------
+        size : int
+            Number of numbers.
+        kind : Type
+            Type of the numbers.
+
+        Raises
+        ------
+        NoRoomError
+            If there is too little memory.
+        """
         room = np.empty(size, kind)
         if room.nbytes > self.free_bytes():
             raise NoRoomError(f"{room.nbytes} bytes of {self.free_bytes()}")
@@ -39,12 +57,33 @@ class Host:
         return room
 
     def give_back(self, room: NDArray[Any]) -> None:
+        """Free memory."""
         self._held -= room.nbytes
 
     def send(self, array: NDArray[Any], room: NDArray[Any], first: int = 0) -> None:
+        """Copy an array into memory.
+
+        Parameters
+        ----------
+        array : array
+        room : array (E,)
+            Memory from `take`.
+        first : int, default 0
+            Index in `room` of the first element.
+        """
         room[first : first + array.size] = array.reshape(-1)
 
     def bring(self, room: NDArray[Any], array: NDArray[Any], first: int = 0) -> None:
+        """Copy memory into an array.
+
+        Parameters
+        ----------
+        room : array (E,)
+            Memory from `take`.
+        array : array
+        first : int, default 0
+            Index in `room` of the first element.
+        """
         array.reshape(-1)[:] = room[first : first + array.size]
 
     def call(
@@ -54,8 +93,21 @@ class Host:
         rooms: Sequence[NDArray[Any]],
         count: int,
     ) -> None:
+        """Run a program for each trial.
+
+        Parameters
+        ----------
+        program : function
+            Result of `load`.
+        numbers : sequence of float or int
+            Numbers that all trials get.
+        rooms : sequence of array
+            Memories that all trials get.
+        count : int
+            Number of trials.
+        """
         for trial in range(count):
             program(trial, *numbers, *rooms)
 
     def wait(self) -> None:
-        """Calls are over when they return."""
+        """Return at once, because calls are complete when they return."""

@@ -1,6 +1,6 @@
-"""The kernel that advances the flight of one thread, and measures its frames.
+"""The kernel that advances the trial of one thread, and measures its frames.
 
-Its text is made of the form of the flights: it makes the named tuples of a flight from
+Its text depends on the form of the trials. It builds the named tuples of a trial from
 views of large arrays, and calls the `advance` of the model and the kernels of the
 metrics, which are those of processors.
 """
@@ -23,30 +23,32 @@ from kernels.model import Model
 from kernels.recording import FILLED, STEP, Record
 
 GOING, LOST, ASTRAY = range(3)
-"""The state of a flight: it goes on; its numbers are not finite; its model has not
-taken the steps that it was to take.
+"""State of a trial.
+
+It goes on; its numbers are not finite; or its model has not taken the steps that it was
+to take.
 """
 STATE, KEPT = range(2)
 N_MARKS = 2
-"""What a device keeps of a flight besides: its state, and how many frames it has kept
-and measured.
-"""
+"""Marks per trial on a device: its state, and its number of measured frames."""
 TAKE, ENTER, LEAVE = range(3)
-"""What a call is for: to take steps, to turn what was sent side by side, and back."""
-WHOLE, OTHER = np.dtype(np.int64), np.dtype(np.float64)
+"""Task of a call: take steps, arrange sent arrays side by side, or undo this."""
+INTEGERS = np.dtype(np.int64)
+FLOATS = np.dtype(np.float64)
 TABLES = {
-    "marks": WHOLE,
-    "steps_of": WHOLE,
-    "values": OTHER,
-    "facts": WHOLE,
-    "numbers": OTHER,
+    "marks": INTEGERS,
+    "steps_of": INTEGERS,
+    "values": FLOATS,
+    "facts": INTEGERS,
+    "numbers": FLOATS,
 }
-"""The arrays of a call besides those of the flights, and their types of numbers."""
+"""Arrays of a call in addition to those of the trials, and their types of numbers."""
 LENGTHS = "count", "n_maps", "n_pixels", "n_frames"
-"""Of flights; of the maps that were sent, 1 or as many as flights; of the pixels of a
-map; and of the frames that there is room for.
+"""Numbers of trials; of sent maps, 1 or as many as trials; of pixels per map; and of
+frames per trial for which there is room.
 """
-SENT, SENT_MAPS = "sent_", "sent_maps"
+SENT = "sent_"
+SENT_MAPS = "sent_maps"
 
 
 @jit
@@ -58,52 +60,70 @@ def copy(source: Any, target: Any) -> None:
 
 @jit
 def blank(values: Any) -> None:
-    """Set numbers that a metric may leave as they are."""
+    """Set numbers that a metric may leave unchanged to NaN."""
     for k in range(values.size):
         values[k] = math.nan
 
 
 @jit
 def room_for(record: Record, steps: int) -> int:
-    """How many of so many steps the frames have room for."""
+    """Return how many of the steps the frames have room for."""
     free = record.frames.step.size - record.progress[FILLED] - 1
     return int(min(steps, free * record.every))
 
 
 @jit
 def steps_done(record: Record) -> int:
-    """The steps that a flight has taken."""
+    """Return the number of steps that a trial has taken."""
     return int(record.progress[STEP])
 
 
 @jit
-def state_after(going: bool, taken: int, wanted: int) -> int:
-    """The state of a flight whose model says that it is `going`."""
+def state_after(going: bool, taken: int, expected: int) -> int:
+    """Return the state of a trial after a call of its model.
+
+    Parameters
+    ----------
+    going : bool
+        Result of the model's `advance`: all numbers are finite.
+    taken : int
+        Steps that the model took.
+    expected : int
+        Steps that the model was to take.
+    """
     if not going:
         return LOST
-    return GOING if taken == wanted else ASTRAY
+    return GOING if taken == expected else ASTRAY
 
 
 @jit
-def keep(record: Record, steps_of: Any, kept: int) -> int:
-    """Note the steps of the frames that are filled, and forget these frames; return how
-    many are kept now.
+def keep(record: Record, steps_of: Any, count: int) -> int:
+    """Note the steps of the filled frames, clear the frames, and return the count.
+
+    Parameters
+    ----------
+    record : Record
+    steps_of : array (F,) of int
+        Steps of all kept frames of the trial.
+    count : int
+        Number of frames kept before.
     """
     filled = record.progress[FILLED]
     for k in range(filled):
-        steps_of[kept + k] = record.frames.step[k]
+        steps_of[count + k] = record.frames.step[k]
     record.progress[FILLED] = 0
-    return int(kept + filled)
+    return int(count + filled)
 
 
 @dataclass(frozen=True)
 class Kernel:
-    """What a device is to run: the `text` of a function, of flights of a `model` that
-    are of one form, and the kernels that measure them. The pixels of their `maps` are
-    numbers of that type.
+    """Kernel for a device: the `text` of a function for trials of one form.
 
-    The function gets `numbers`, among them so many `given` and `alike` ones of the
-    layout, and `arrays`, each of them whole, that is of one axis.
+    `model` advances the trials, `measures` are the kernels of metrics, and `maps` names
+    the type of the pixels of their maps.
+
+    The function gets `numbers`, which include `n_integers` and `n_floats` numbers of
+    the layout, and `arrays`, each of one axis.
     """
 
     model: Model
@@ -112,32 +132,31 @@ class Kernel:
     types: dict[str, Type]
     classes: tuple[type, ...]
     maps: str
-    given: int
-    alike: int
+    n_integers: int
+    n_floats: int
 
     @property
     def numbers(self) -> dict[str, type]:
-        """The numbers that are given to the function, in order, and their types."""
-        given = (f"{GIVEN}{k}" for k in range(self.given))
-        whole = dict.fromkeys(("task", "steps", *LENGTHS, *given), int)
-        return whole | {f"{ALIKE}{k}": float for k in range(self.alike)}
+        """Names of the numbers that the function gets, in order, and their types."""
+        common = (f"{GIVEN}{k}" for k in range(self.n_integers))
+        integers = dict.fromkeys(("task", "steps", *LENGTHS, *common), int)
+        return integers | {f"{ALIKE}{k}": float for k in range(self.n_floats)}
 
     @property
     def arrays(self) -> dict[str, Type]:
-        """The arrays that are given to the function, in order, and their types of
-        numbers.
-        """
+        """Names of the arrays that the function gets, in order, and their types."""
         sent = {f"{SENT}{name}": kind for name, kind in self.types.items()}
         return self.types | sent | {SENT_MAPS: self.types[self.maps]} | TABLES
 
     @property
     def stamp(self) -> str:
-        """What decides whether the function must be compiled again."""
+        """Hash of the code that the function is compiled from."""
         return stamp_of_made(self.model.advance, *self.measures)
 
     def function(self, begin: str, **known: Any) -> Callable[..., None]:
-        """The function that begins with these lines, which name it and its arguments
-        and know also what is `known`.
+        """Return the function that begins with given lines.
+
+        `begin` names the function and its arguments, and `known` are more globals.
         """
         scope: dict[str, Any] = {
             "__name__": self.model.advance.__module__,
@@ -150,28 +169,31 @@ class Kernel:
             "keep": keep,
             "advance": self.model.advance,
         }
-        scope |= {f"Class{k}": one for k, one in enumerate(self.classes)}
-        scope |= {f"measure{k}": one for k, one in enumerate(self.measures)}
-        made: Callable[..., None] = function_of(f"{begin}{self.text}", scope | known)
-        return made
+        scope |= {f"Class{k}": kind for k, kind in enumerate(self.classes)}
+        scope |= {f"measure{k}": measure for k, measure in enumerate(self.measures)}
+        function: Callable[..., None] = function_of(
+            f"{begin}{self.text}", scope | known
+        )
+        return function
 
     @cached_property
     def of_trial(self) -> Callable[..., None]:
-        """The function of a trial: of its number, `numbers` and `arrays`."""
-        return self.function(f"def fly(trial, {self._given}):")
+        """Function of the number of a trial, of `numbers` and of `arrays`."""
+        return self.function(f"def fly(trial, {self._arguments}):")
 
     def of_thread(self, cuda: Any) -> Callable[..., None]:
-        """The function of a thread of a GPU, by numba's module `cuda`: of `numbers` and
-        `arrays`. It takes the trial that has the number of the thread.
+        """Return the function of a thread of a GPU, of `numbers` and `arrays`.
+
+        It runs the trial that has the number of the thread. `cuda` is numba's module.
         """
-        begin = f"""def fly({self._given}):
+        begin = f"""def fly({self._arguments}):
     trial = cuda.grid(1)
     if trial >= count:
         return"""
         return self.function(begin, cuda=cuda)
 
     @property
-    def _given(self) -> str:
+    def _arguments(self) -> str:
         return ", ".join([*self.numbers, *self.arrays])
 
 
@@ -181,14 +203,28 @@ def kernel_of(
     layout: Arrangement,
     maps: int,
 ) -> Kernel:
-    """The kernel of flights of a model, laid out so, whose maps are in the place `maps`
-    of the tree. With None for `measures` frames stay, as far as there is room.
+    """Return the kernel for trials of a model.
+
+    Parameters
+    ----------
+    model : Model
+    measures : tuple of function or None
+        Kernels of metrics. With None, frames stay in memory as long as there is room.
+    layout : Arrangement
+        Layout of the trials.
+    maps : int
+        Place of the maps of visits among the leaves of the tree.
     """
-    text, block = _text(layout, measures, layout.blocks[maps]), layout.blocks[maps]
-    types, classes = layout.types, layout.tree.classes
-    given, alike = len(layout.given), len(layout.alike)
+    block = layout.blocks[maps]
     return Kernel(
-        model, measures or (), text, types, classes, block.numbers, given, alike
+        model,
+        measures=measures or (),
+        text=_text(layout, measures, block),
+        types=layout.types,
+        classes=layout.tree.classes,
+        maps=block.numbers,
+        n_integers=len(layout.common_integers),
+        n_floats=len(layout.common_floats),
     )
 
 
@@ -239,13 +275,11 @@ def _text(
 
 
 def _turned(layout: Arrangement, copying: str) -> str:
-    """What copies each type of numbers of a flight between where it was sent and where
-    it lies side by side.
-    """
+    """Return calls that copy each type of numbers between both arrangements."""
     return "; ".join(
         copying.format(
-            sent=f"view({SENT}{one}, trial * {size}, 1, ({size},))",
-            beside=f"view({one}, trial, count, ({size},))",
+            sent=f"view({SENT}{numbers}, trial * {size}, 1, ({size},))",
+            beside=f"view({numbers}, trial, count, ({size},))",
         )
-        for one, size in layout.names_of_rows.items()
+        for numbers, size in layout.names_of_rows.items()
     )

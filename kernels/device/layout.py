@@ -1,17 +1,18 @@
-"""The arrays of many flights side by side, in a few large ones.
+"""The arrays of many trials side by side, in a few large ones.
 
-What a kernel gets of a flight is a tree of named tuples, whose leaves are arrays and
-numbers. The trees of flights that fly together differ in their leaves alone. All arrays
-of one type of numbers are in one large array of T flights, in which a leaf is found by
-where it begins and how far apart its elements are:
+A kernel gets a trial as a tree of named tuples, whose leaves are arrays and numbers.
+The trees of trials in one batch differ in their leaves alone. All arrays of one type of
+numbers are in one large array of T trials. The start and the stride of a leaf give its
+elements there:
 
-    side by side    element e of the leaf of flight t stands at row e, column t: threads
-                    that read the same element of their flights read one piece of memory
-    once for all    what is fixed, as a world, if all flights have the same
-    one by one      what is fixed, if they have not; and maps, of which a thread reads
+    side by side    element e of the leaf of trial t is at row e, column t: threads that
+                    read the same element of their trials read one piece of memory
+    once for all    fixed parts, such as a world, if all trials have the same
+    one by one      fixed parts, if they differ; and maps, of which a thread reads
                     pixels that lie together
 
-Frames and maps are rooms: they begin as they are, and nothing of them is sent before.
+Frames and maps are rooms: their memory starts with arbitrary content, and nothing is
+sent to it first.
 """
 
 import hashlib
@@ -28,17 +29,22 @@ Array = NDArray[Any]
 Type = np.dtype[Any]
 
 NUMBERS = ("f8", "i8", "u8", "i4", "u4", "i2", "u1", "b1")
-"""The types of numbers that arrays of flights may have, and fields of their records."""
-GIVEN, ALIKE = "given", "alike"
-"""The names of whole numbers and of others that are alike in all flights: given0,
-given1 and so on. A GPU has them ready, in no register.
+"""Types of numbers of the arrays of trials, and of fields of their records."""
+GIVEN = "given"
+"""Prefix of the names of integers that are equal in all trials: given0, given1, ...
+
+A GPU reads them without a register.
 """
+ALIKE = "alike"
+"""Prefix of the names of floats that are equal in all trials."""
 
 
 class Leaf(NamedTuple):
-    """What flights that fly together have in common of a leaf: its `kind`, "array",
-    "float", "int" or "bool"; of an array its type of numbers and its `axes`; and the
-    `place` of the first leaf that is the same array.
+    """Properties of a leaf that are equal for all trials of a batch.
+
+    `kind` is "array", "float", "int" or "bool". `type` is the type of numbers of an
+    array, and `axes` its number of axes. `place` is that of the first leaf that is the
+    same array.
     """
 
     kind: str
@@ -48,12 +54,12 @@ class Leaf(NamedTuple):
 
     @property
     def numbers(self) -> str:
-        """The name of the large array in which it is."""
+        """Name of the large array that contains the leaf."""
         return name_of(self.type)
 
 
 def name_of(kind: Type) -> str:
-    """The name of the large array of numbers, or of records, of a type."""
+    """Return the name of the large array of numbers, or records, of a type."""
     if kind.names is None:
         return str(kind.str[1:])
     return f"record{hashlib.sha256(repr(kind).encode()).hexdigest()[:8]}"
@@ -61,8 +67,10 @@ def name_of(kind: Type) -> str:
 
 @dataclass(frozen=True)
 class Tree:
-    """The form of a tree: the `text` of an expression that makes one, with `{}` for
-    each leaf and a name for each of its `classes`, and the `leaves`.
+    """Form of a tree.
+
+    `text` is an expression that builds a tree, with `{}` for each of the `leaves` and a
+    name for each of the `classes`.
     """
 
     text: str
@@ -71,7 +79,7 @@ class Tree:
 
 
 def leaves_of(tree: object) -> Iterator[Any]:
-    """The arrays and numbers of a tree, in order."""
+    """Yield the arrays and numbers of a tree, in order."""
     if isinstance(tree, tuple):
         for part in tree:
             yield from leaves_of(part)
@@ -80,11 +88,12 @@ def leaves_of(tree: object) -> Iterator[Any]:
 
 
 class Parts(NamedTuple):
-    """Parts of a tree, which are tuples or arrays in it. Arrays of `fixed` may have
-    other shapes in another flight, and are not brought back: nothing changes them, or
-    they follow from the step, as obstacles that move do. Those of `loose` may have
-    other shapes, too. Numbers that stand in `common`, and not deeper, are alike in
-    flights of one form.
+    """Parts of a tree with rules of their own; they are tuples or arrays in it.
+
+    Arrays of `fixed` may have other shapes in another trial, and are not brought back.
+    They do not change, or follow from the step, such as moving obstacles. Arrays of
+    `loose` may have other shapes, too. Numbers directly in `common` tuples are equal in
+    trials of one form.
     """
 
     fixed: tuple[object, ...] = ()
@@ -92,8 +101,9 @@ class Parts(NamedTuple):
     common: tuple[object, ...] = ()
 
     def ids(self) -> "_Ids":
+        """Return the identities of the objects."""
         fixed, loose = (
-            {id(one) for one in leaves_of(part)} for part in (self.fixed, self.loose)
+            {id(leaf) for leaf in leaves_of(part)} for part in (self.fixed, self.loose)
         )
         return _Ids(fixed, loose, set(map(id, self.common)))
 
@@ -105,7 +115,7 @@ class _Ids(NamedTuple):
 
 
 def form_of(tree: object, parts: Parts) -> Hashable:
-    """What trees have in common that can fly together."""
+    """Return what is equal for trees that can share a batch."""
     form: Hashable = _form(tree, parts.ids(), {}, False)
     return form
 
@@ -122,8 +132,10 @@ def _form(tree: object, ids: _Ids, known: dict[int, int], common: bool) -> Any:
 
 
 def described(tree: object) -> Tree:
-    """The form of a tree in words. Raises TypeError for what no device has."""
-    leaves, known, classes = list[Leaf](), dict[int, int](), dict[type, str]()
+    """Return the form of a tree; raise TypeError for values that no device has."""
+    leaves = list[Leaf]()
+    known = dict[int, int]()
+    classes = dict[type, str]()
     text = _text(tree, classes)
     for place, value in enumerate(leaves_of(tree)):
         same = known.setdefault(id(value), place) if _is_array(value) else place
@@ -150,7 +162,7 @@ def _is_array(value: object) -> bool:
 def _leaf(value: Any, same: int) -> Leaf:
     if _is_array(value):
         fields = value.dtype.fields or {"": (value.dtype, 0)}
-        if not {name_of(one[0]) for one in fields.values()} <= {*NUMBERS}:
+        if not {name_of(field[0]) for field in fields.values()} <= {*NUMBERS}:
             raise TypeError(f"an array has the type {value.dtype}")
         return Leaf("array", value.dtype, value.ndim, same)
     for kind, types in (("bool", bool), ("int", int), ("float", float)):
@@ -162,8 +174,9 @@ def _leaf(value: Any, same: int) -> Leaf:
 
 
 class Space(NamedTuple):
-    """An array that a device makes: of this `shape` for each flight, and of numbers of
-    this `type`; `beside` says that it lies side by side.
+    """Array that a device makes, of this `shape` per trial.
+
+    `type` is the type of its numbers. `beside` means that trials lie side by side.
     """
 
     shape: tuple[int, ...]
@@ -172,17 +185,21 @@ class Space(NamedTuple):
 
     @property
     def numbers(self) -> str:
+        """Name of the large array that contains the array."""
         return name_of(self.type)
 
     @property
     def size(self) -> int:
+        """Number of elements per trial."""
         return math.prod(self.shape)
 
 
 class Block(NamedTuple):
-    """Where the arrays of all flights stand that a place of the tree has: from `first`
-    on in the large array of its `numbers`, in the `shape` (T, ...), one flight after
-    the other. `view` is how a kernel reads that of a flight.
+    """Location of the arrays of all trials at one place of the tree.
+
+    They begin at element `first` of the large array `numbers`, one trial after the
+    other, as an array of `shape` (T, ...). `view` is the text by which a kernel reads
+    the array of its trial.
     """
 
     numbers: str
@@ -193,16 +210,19 @@ class Block(NamedTuple):
 
 @dataclass
 class Arrangement:
-    """Where everything of T flights stands.
+    """Layout of T trials.
 
-    `types` are the types of numbers that the large arrays have, by their names, and
-    `sizes` the numbers of their elements. `rows` are how many of a flight lie side by
-    side and are sent, and `names_of_rows` the given numbers by which a kernel knows
-    that. `given` are the whole numbers
-    that all flights have in common, and where their arrays begin and how long they are;
-    `facts` (F, T) are those in which they differ. `alike` and `numbers` (S, T) are the
-    others. `text` is the form of the tree, with what a kernel reads for each leaf.
-    `blocks` are the rooms that lie one by one, by their places.
+    `types` are the types of numbers of the large arrays by name, and `sizes` their
+    numbers of elements. `rows` are the numbers of elements per trial that lie side by
+    side and are sent, and `names_of_rows` the names by which a kernel reads these
+    numbers.
+
+    `common_integers` are equal in all trials: integers of the trees, and starts and
+    lengths of arrays. `common_floats` are floats that are equal. `facts` (F, T) are
+    integers that differ, and `numbers` (S, T) floats that differ.
+
+    `text` is the form of the tree with the text that a kernel reads for each leaf.
+    `blocks` are the rooms that lie one by one, by place.
     """
 
     count: int
@@ -211,8 +231,8 @@ class Arrangement:
     rows: dict[str, int]
     names_of_rows: dict[str, str]
     sizes: dict[str, int]
-    given: tuple[int, ...]
-    alike: tuple[float, ...]
+    common_integers: tuple[int, ...]
+    common_floats: tuple[float, ...]
     facts: NDArray[np.int64]
     numbers: NDArray[np.float64]
     text: str
@@ -222,38 +242,50 @@ class Arrangement:
 
     @property
     def bytes(self) -> int:
-        """The memory of a device for all flights: the large arrays, what is sent to
-        them, and the tables.
+        """Bytes of memory of a device for all trials.
+
+        They are those of the large arrays, of the arrays that are sent, and of the
+        tables.
         """
-        held = sum(self.types[one].itemsize * size for one, size in self.sizes.items())
-        sent = sum(self.types[one].itemsize * rows for one, rows in self.rows.items())
+        sizes = self.sizes.items()
+        held = sum(self.types[name].itemsize * size for name, size in sizes)
+        sent = sum(self.types[name].itemsize * rows for name, rows in self.rows.items())
         return held + sent * self.count + self.facts.nbytes + self.numbers.nbytes
 
     def sent(self, trees: Sequence[object]) -> dict[str, Array]:
-        """The elements that lie side by side, (T, rows) by their type of numbers: a
-        device turns them round.
+        """Return the elements that lie side by side, by type of numbers.
+
+        The arrays are (T, rows); a device transposes them.
         """
-        made = self.room_for_sent()
+        arrays = self.room_for_sent()
         for flight, tree in enumerate(trees):
             leaves = list(leaves_of(tree))
             for place, numbers, first in self._sent:
                 array = leaves[place].reshape(-1)
-                made[numbers][flight, first : first + array.size] = array
-        return made
+                arrays[numbers][flight, first : first + array.size] = array
+        return arrays
 
     def room_for_sent(self) -> dict[str, Array]:
-        """Arrays (T, rows), by their type of numbers."""
+        """Return empty arrays (T, rows), by type of numbers."""
         return {
-            one: np.empty((self.count, rows), self.types[one])
-            for one, rows in self.rows.items()
+            numbers: np.empty((self.count, rows), self.types[numbers])
+            for numbers, rows in self.rows.items()
         }
 
     def apart(self) -> Iterator[tuple[str, int, Array]]:
-        """What is in the large arrays besides: numbers, where it begins, and it."""
+        """Yield all other arrays: type of numbers, first element, array."""
         return iter(self._apart)
 
     def bring(self, sent: dict[str, Array], trees: Sequence[object]) -> None:
-        """Write what has come back, as it was `sent`, into the arrays of flights."""
+        """Write arrays that came back into the arrays of trials.
+
+        Parameters
+        ----------
+        sent : dict of array (T, rows)
+            Arrays by type of numbers, as `sent` returns them.
+        trees : sequence of tuple
+            Trees of the trials. Arrays that are not writeable stay unchanged.
+        """
         for flight, tree in enumerate(trees):
             leaves = list(leaves_of(tree))
             for place, numbers, first in self._sent:
@@ -266,43 +298,58 @@ class Arrangement:
 def lay_out(
     trees: Sequence[object], parts: Parts, shared: bool, rooms: dict[int, Space]
 ) -> Arrangement:
-    """The layout of flights whose trees have one form, with the `parts` of the first.
-    `shared` says that their fixed arrays are the same ones. `rooms` are what is in the
-    place of some leaves. The text depends on the form, `shared` and the rooms alone.
+    """Return the layout of trials whose trees have one form.
+
+    The text of the layout depends only on the form, `shared` and the rooms.
+
+    Parameters
+    ----------
+    trees : sequence of tuple
+        Trees of T trials.
+    parts : Parts
+        Parts of the first tree.
+    shared : bool
+        Fixed arrays are the same objects in all trees.
+    rooms : dict of Space
+        Arrays that the device makes instead of leaves, by place.
     """
-    tree, ids = described(trees[0]), parts.ids()
-    made = _Made(len(trees), tree, ids, shared)
+    tree = described(trees[0])
+    ids = parts.ids()
+    builder = _Builder(len(trees), tree, ids, shared)
     columns = list(zip(*map(leaves_of, trees), strict=True))
-    given = list(_given(trees[0], ids, False))
+    is_common = list(_is_common(trees[0], ids, False))
     for place, (leaf, values) in enumerate(zip(tree.leaves, columns, strict=True)):
         if leaf.kind != "array":
-            made.number(leaf.kind, values, given[place])
+            builder.number(leaf.kind, values, is_common[place])
         elif leaf.place < place:
-            made.words.append(made.words[leaf.place])
+            builder.words.append(builder.words[leaf.place])
         elif place in rooms:
-            made.room(place, rooms[place])
+            builder.room(place, rooms[place])
         else:
-            made.array(place, leaf, values)
-    return made.layout()
+            builder.array(place, leaf, values)
+    return builder.layout()
 
 
-def _given(tree: object, ids: _Ids, common: bool) -> Iterator[bool]:
-    """Of each leaf, whether it is a number that flights of one form have in common."""
+def _is_common(tree: object, ids: _Ids, common: bool) -> Iterator[bool]:
+    """Yield whether a leaf is a number that trials of one form share."""
     if isinstance(tree, tuple):
         for part in tree:
-            yield from _given(part, ids, id(tree) in ids.common)
+            yield from _is_common(part, ids, id(tree) in ids.common)
     elif tree is not None:
         yield common
 
 
-class _Made:
-    """A layout that is being made: leaf after leaf."""
+class _Builder:
+    """Builder of a layout, leaf after leaf."""
 
     def __init__(self, count: int, tree: Tree, ids: _Ids, shared: bool) -> None:
-        self.count, self.tree, self.ids, self.shared = count, tree, ids, shared
+        self.count = count
+        self.tree = tree
+        self.ids = ids
+        self.shared = shared
         self.words = list[str]()
-        self._given = list[int]()
-        self._alike = list[float]()
+        self._integers = list[int]()
+        self._floats = list[float]()
         self._facts = list[Any]()
         self._numbers = list[Any]()
         self._rows = dict[str, int]()
@@ -311,40 +358,61 @@ class _Made:
         self._arrays = list[tuple[str, Array, int, int | None]]()
         self._rooms = list[tuple[int, Space, int]]()
 
-    def number(self, kind: str, values: tuple[Any, ...], given: bool) -> None:
+    def number(self, kind: str, values: tuple[Any, ...], is_common: bool) -> None:
+        """Add a number.
+
+        Parameters
+        ----------
+        kind : {"float", "int", "bool"}
+        values : tuple of float, int or bool
+            Value per trial.
+        is_common : bool
+            All trials have the same value.
+        """
         test = " != 0" if kind == "bool" else ""
         is_float = kind == "float"
-        if not given:
+        if not is_common:
             name, rows = (
                 ("number", self._numbers) if is_float else ("fact", self._facts)
             )
             self.words.append(f"{name}[{len(rows)}]{test}")
             rows.append(values)
         elif is_float:
-            self.words.append(f"{ALIKE}{len(self._alike)}")
-            self._alike.append(float(values[0]))
+            self.words.append(f"{ALIKE}{len(self._floats)}")
+            self._floats.append(float(values[0]))
         else:
-            self.words.append(f"{GIVEN}{len(self._given)}{test}")
-            self._given.append(int(values[0]))
+            self.words.append(f"{GIVEN}{len(self._integers)}{test}")
+            self._integers.append(int(values[0]))
 
     def array(self, place: int, leaf: Leaf, values: tuple[Array, ...]) -> None:
-        first, numbers = values[0], leaf.numbers
+        """Add an array.
+
+        Parameters
+        ----------
+        place : int
+            Place of the leaf.
+        leaf : Leaf
+        values : tuple of array
+            Array per trial.
+        """
+        first = values[0]
+        numbers = leaf.numbers
         if id(first) in self.ids.fixed and self.shared:
-            given = self._view(numbers, "{0}", "1", first.shape)
-            self._arrays.append((numbers, first, given, None))
+            where = self._view(numbers, "{0}", "1", first.shape)
+            self._arrays.append((numbers, first, where, None))
         elif id(first) in self.ids.fixed:
             row = len(self._facts)
             self._facts.append(np.zeros(self.count, np.int64))
             self.words.append(f"view({numbers}, fact[{row}], 1, {self._own(values)})")
-            for flight, one in enumerate(values):
-                self._arrays.append((numbers, one, row, flight))
+            for flight, array in enumerate(values):
+                self._arrays.append((numbers, array, row, flight))
         elif id(first) in self.ids.loose:
             start = self._rows.get(numbers, 0)
-            where = f"{GIVEN}{len(self._given)} * count + trial"
-            self._given.append(start)
+            begin = f"{GIVEN}{len(self._integers)} * count + trial"
+            self._integers.append(start)
             shape = self._own(values)
-            self.words.append(f"view({numbers}, {where}, count, {shape})")
-            self._rows[numbers] = start + max(one.size for one in values)
+            self.words.append(f"view({numbers}, {begin}, count, {shape})")
+            self._rows[numbers] = start + max(array.size for array in values)
             self._sent.append((place, numbers, start))
         else:
             start = self._beside(numbers, first.shape)
@@ -352,91 +420,106 @@ class _Made:
             self._sent.append((place, numbers, start))
 
     def _own(self, values: tuple[Array, ...]) -> str:
-        """The words of the shape that each flight has for itself."""
-        row, axes = len(self._facts), values[0].ndim
-        self._facts += zip(*(one.shape for one in values), strict=True)
+        """Return the words of the shape that each trial has for itself."""
+        row = len(self._facts)
+        axes = values[0].ndim
+        self._facts += zip(*(array.shape for array in values), strict=True)
         return "({})".format("".join(f"fact[{row + axis}], " for axis in range(axes)))
 
     def room(self, place: int, room: Space) -> None:
+        """Add an array that the device makes.
+
+        Parameters
+        ----------
+        place : int
+            Place of the leaf that it replaces.
+        room : Space
+            Shape and type of the array.
+        """
         if room.beside:
             self._waiting.append((room, len(self.words)))
             self.words.append("")
         else:
-            where = "{0} + trial * {1}"
-            given = self._view(room.numbers, where, "1", room.shape, 2)
-            self._rooms.append((place, room, given))
+            begin = "{0} + trial * {1}"
+            where = self._view(room.numbers, begin, "1", room.shape, unknown=2)
+            self._rooms.append((place, room, where))
 
     def _beside(self, numbers: str, shape: tuple[int, ...]) -> int:
-        """Say where an array lies side by side: after those that do so far."""
+        """Add a view of an array that lies side by side; return its first row."""
         start = self._rows.get(numbers, 0)
-        given = self._view(numbers, "{0} * count + trial", "count", shape)
-        self._given[given] = start
+        where = self._view(numbers, "{0} * count + trial", "count", shape)
+        self._integers[where] = start
         return start
 
     def _view(
         self,
         numbers: str,
-        where: str,
+        begin: str,
         stride: str,
         shape: tuple[int, ...],
         unknown: int = 1,
     ) -> int:
-        """Add the words of a view that is alike in all flights; return the first of the
-        given numbers that say `where` it is, of which so many are not known yet.
+        """Add the words of a view that is equal in all trials.
+
+        Returns the index of the first common integer of the view. The words `begin`
+        name the first integers, of which `unknown` are set later.
         """
-        first = len(self._given)
-        self._given += [*[0] * unknown, *shape]
-        names = [f"{GIVEN}{k}" for k in range(first, len(self._given))]
+        first = len(self._integers)
+        self._integers += [*[0] * unknown, *shape]
+        names = [f"{GIVEN}{k}" for k in range(first, len(self._integers))]
         lengths = "".join(f"{name}, " for name in names[unknown:])
-        start = where.format(*names)
+        start = begin.format(*names)
         self.words.append(f"view({numbers}, {start}, {stride}, ({lengths}))")
         return first
 
     def layout(self) -> Arrangement:
-        rows, names = dict(self._rows), dict[str, str]()
+        """Return the layout, after all leaves are added."""
+        rows = dict(self._rows)
+        names = dict[str, str]()
         for numbers, size in rows.items():
-            names[numbers] = f"{GIVEN}{len(self._given)}"
-            self._given.append(size)
+            names[numbers] = f"{GIVEN}{len(self._integers)}"
+            self._integers.append(size)
         for room, word in self._waiting:
             self._beside(room.numbers, room.shape)
             self.words[word] = self.words.pop()
             self._rows[room.numbers] = self._rows.get(room.numbers, 0) + room.size
-        sizes = {one: size * self.count for one, size in self._rows.items()}
-        apart, blocks = list[tuple[str, int, Array]](), dict[int, Block]()
+        sizes = {name: size * self.count for name, size in self._rows.items()}
+        apart = list[tuple[str, int, Array]]()
+        blocks = dict[int, Block]()
         for numbers, array, where, flight in self._arrays:
             first = sizes.get(numbers, 0)
             sizes[numbers] = first + array.size
             if flight is None:
-                self._given[where] = first
+                self._integers[where] = first
             else:
                 self._facts[where][flight] = first
             apart.append((numbers, first, array))
         for place, room, where in self._rooms:
             first = sizes.get(room.numbers, 0)
             sizes[room.numbers] = first + room.size * self.count
-            self._given[where : where + 2] = first, room.size
+            self._integers[where : where + 2] = first, room.size
             blocks[place] = Block(
                 room.numbers, first, (self.count, *room.shape), self.words[place]
             )
         types = {
-            one.numbers: one.type for one in self.tree.leaves if one.kind == "array"
+            leaf.numbers: leaf.type for leaf in self.tree.leaves if leaf.kind == "array"
         }
         types |= {room.numbers: room.type for _, room, _ in self._rooms}
         return Arrangement(
             self.count,
             self.tree,
-            {one: types[one] for one in sorted(sizes)},
-            rows,
-            names,
-            sizes,
-            tuple(self._given),
-            tuple(self._alike),
-            self._table(self._facts, np.int64),
-            self._table(self._numbers, np.float64),
-            self.tree.text.format(*self.words),
-            blocks,
-            self._sent,
-            apart,
+            types={name: types[name] for name in sorted(sizes)},
+            rows=rows,
+            names_of_rows=names,
+            sizes=sizes,
+            common_integers=tuple(self._integers),
+            common_floats=tuple(self._floats),
+            facts=self._table(self._facts, np.int64),
+            numbers=self._table(self._numbers, np.float64),
+            text=self.tree.text.format(*self.words),
+            blocks=blocks,
+            _sent=self._sent,
+            _apart=apart,
         )
 
     def _table(self, rows: list[Any], numbers: type[Any]) -> Array:

@@ -1,20 +1,23 @@
-"""What a model is compiled to on an NVIDIA GPU: PTX, the text of its instructions.
+"""PTX, the text of the instructions of an NVIDIA GPU, to which a kernel is compiled.
 
-Neither a GPU nor its driver is needed, so that this is tested anywhere. A flight has
-the bits that it has on a processor if three things hold. Each operation is that of IEEE
-754, rounded to the nearest number; PTX has them. No multiplication is fused with an
-addition (`fma`), which rounds once where a processor rounds twice; an option of the
-compiler says so. And no function is called that rounds in its own way, as the sine of
-NVIDIA's library does, which has fused operations whatever the option says. So
-`Compiled.refusal` looks for what is left of these.
+Neither a GPU nor its driver is needed, so that any machine can run the tests. Results
+of a trial are bitwise identical to those of a processor if three things hold:
 
-A kernel is compiled from the text that processors have. Where this calls what is an
-instruction of a processor, or what numba-cuda gives another meaning, HERE has what
-takes its place. `max` and `min` are there because those of the library treat numbers
-that are none, and zeros of both signs, in another way than Python.
+- Each operation is that of IEEE 754, rounded to the nearest number. PTX has them.
+- No multiplication is fused with an addition (`fma`), which rounds once where a
+  processor rounds twice. An option of the compiler ensures it.
+- No function is called that rounds in its own way. The sine of NVIDIA's library does:
+  it has fused operations whatever the option says.
 
-What is compiled is kept in the folder of compiled kernels. numba-cuda asks a driver
-for the kind of GPU; `_answered` answers it.
+So `Compiled.refusal` looks for violations.
+
+A kernel is compiled from the text that processors have. This text calls some
+instructions of a processor, and functions to which numba-cuda gives another meaning.
+HERE has substitutes for them. It has `max` and `min` because those of the library treat
+NaN, and zeros of both signs, in another way than Python.
+
+PTX is kept in the folder of compiled kernels. numba-cuda asks a driver for the kind of
+GPU; `_answered` answers it.
 """
 
 import hashlib
@@ -43,7 +46,7 @@ from kernels.device.views import instructions, view
 
 
 def _version(package: str) -> str:
-    """That of a package; "" where it was not installed as one."""
+    """Return the version of a package; "" if it is not installed as a package."""
     try:
         return version(package)
     except PackageNotFoundError:
@@ -51,12 +54,14 @@ def _version(package: str) -> str:
 
 
 VERSIONS = {"numba_cuda": version("numba-cuda"), "nvvm": _version("nvidia-nvvm")}
-"""Of what compiles: what the bits of a flight may depend on."""
+"""Versions of the compilers, on which the results of a trial may depend."""
 CAPABILITY = (9, 0)
-"""The kind of GPU, as NVIDIA counts them: that of an H100 and an H200."""
+"""Compute capability of an H100 and an H200."""
 OPTIONS = {"opt": 3, "fma": 0, "ftz": 0, "prec-div": 1, "prec-sqrt": 1}
-"""Of the compiler: no fused operations, all numbers below the normal ones, and division
-and square root rounded to the nearest number.
+"""Options of the compiler.
+
+They exclude fused operations, keep subnormal numbers, and round division and square
+root to the nearest number.
 """
 
 
@@ -68,17 +73,17 @@ def _ceil(x: Any) -> Any:
     return np.int64(libdevice.ceil(x))
 
 
-def _max(first: Any, *others: Any) -> Any:
+def _max(first: Any, *more: Any) -> Any:
     most = first
-    for other in others:
-        most = other if other > most else most
+    for number in more:
+        most = number if number > most else most
     return most
 
 
-def _min(first: Any, *others: Any) -> Any:
+def _min(first: Any, *more: Any) -> Any:
     least = first
-    for other in others:
-        least = other if other < least else least
+    for number in more:
+        least = number if number < least else least
     return least
 
 
@@ -94,8 +99,8 @@ def _fetch(_array: Any, _place: Any) -> None:
     return
 
 
-def _instructions(_: Any, whole: Any, _first: Any, _stride: Any, shape: Any) -> Any:
-    return instructions(whole, shape, types, arrayobj)
+def _instructions(_: Any, large: Any, _first: Any, _stride: Any, shape: Any) -> Any:
+    return instructions(large, shape, types, arrayobj)
 
 
 HERE: tuple[tuple[Any, Callable[..., Any]], ...] = (
@@ -108,15 +113,16 @@ HERE: tuple[tuple[Any, Callable[..., Any]], ...] = (
     (indices.word, indices.collected),
     (fetching.fetch, _fetch),
     *(
-        (one, one)
-        for one in (
+        (function, function)
+        for function in (
             *(fours.four, fours.parts, fours.plus, fours.minus, fours.times),
             fours.below,
         )
     ),
 )
-"""What kernels call, and what is called on a GPU instead. Four numbers side by side are
-four numbers there, as in the interpreter.
+"""Functions that kernels call, and those that a GPU calls instead.
+
+Four numbers side by side are four numbers on a GPU, as in the interpreter.
 """
 
 
@@ -126,55 +132,59 @@ FUSIBLE = re.compile(r"\b(?:add|sub|mul)\.f\d+\b")
 SIGNED = re.compile(
     r"\bmin\.f64[^;]*\b0d0000000000000000|\bmax\.f64[^;]*\b0d8000000000000000"
 )
-"""The smaller of a number and 0, the larger of one and -0: a GPU has 0 above -0, where
-a processor takes the first of the two.
+"""The smaller of a number and 0, and the larger of a number and -0.
+
+A GPU orders 0 above -0, where a processor takes the first of the two.
 """
 ROUGH = re.compile(r"\b\w+(?:\.\w+)*\.(?:approx|full|ftz)\b")
 CALL = re.compile(r"^\s*call(?:\.uni)?\s+(?:\([^)]*\),\s*)?([\w$]+)", re.MULTILINE)
 OWN = re.compile(r"^\s*(?:\.weak\s+)?\.func\s+(?:\([^)]*\)\s*)?([\w$]+)", re.MULTILINE)
-REMAINDER, REMAINDERS = re.compile(r"\bfrem\b"), "// remainders of floats: "
-"""A processor has the exact remainder of two floats; a GPU would take the quotient,
-truncated. The text of its instructions does not show it, so its first line says so.
+REMAINDER = re.compile(r"\bfrem\b")
+REMAINDERS = "// remainders of floats: "
+"""Beginning of the first line of a text, before the number of remainders of floats.
+
+A processor has the exact remainder of two floats. A GPU would use the truncated
+quotient. PTX does not show it, so this line does.
 """
 ENTRY = re.compile(r"\.entry\s+([\w$]+)\(")
 
 
 class NotForDeviceError(DeviceError):
-    """A model has no PTX, or one that may give other bits; the message says why."""
+    """Error of a model without PTX, or whose results may differ; with the reason."""
 
 
 class Compiled(NamedTuple):
-    """The `text` of what a kernel is compiled to."""
+    """PTX of a kernel."""
 
     text: str
 
     @property
     def entry(self) -> str:
-        """The name by which it is called."""
+        """Name by which a driver finds the function."""
         [name] = ENTRY.findall(self.text)
         return str(name)
 
     @property
     def refusal(self) -> str:
-        """Why a flight would not have the bits that it has on a processor; "" where it
-        has them.
-        """
+        """Reason why results may differ from those of a processor; "" if none."""
         own = set(OWN.findall(self.text))
         calls = sorted(set(CALL.findall(self.text)) - own)
         remainders = self.text.partition("\n")[0].removeprefix(REMAINDERS)
-        found = {
+        counts = {
             "fused": len(FUSED.findall(self.text)),
             "fusible": len(FUSIBLE.findall(self.text)),
             "approximate": len(ROUGH.findall(self.text)),
             "sign of zero": len(SIGNED.findall(self.text)),
             "remainder": int(remainders),
         }
-        words = [f"{count} {kind} operations" for kind, count in found.items() if count]
+        words = [
+            f"{count} {kind} operations" for kind, count in counts.items() if count
+        ]
         return ", ".join([*words, f"calls of {', '.join(calls)}"] if calls else words)
 
 
 class _Device(NamedTuple):
-    """What numba-cuda asks a driver for."""
+    """Answers to the questions that numba-cuda asks a driver."""
 
     compute_capability: tuple[int, int] = CAPABILITY
 
@@ -191,16 +201,19 @@ def _instead(holder: Any, name: str, value: Any) -> Iterator[None]:
 
 @contextmanager
 def _answered() -> Iterator[None]:
-    """Within it, numba-cuda compiles for CAPABILITY without a driver, and what kernels
-    call is what stands in HERE.
-    """
+    """Compile for CAPABILITY without a driver, and with HERE, in a context."""
     context = cuda_target.typing_context
     usual = context.resolve_value_type
-    made = [(one, cuda.jit(device=True)(other)) for one, other in HERE]
-    made.append((view, intrinsic(_instructions)))
+    substitutes = [
+        (function, cuda.jit(device=True)(substitute)) for function, substitute in HERE
+    ]
+    substitutes.append((view, intrinsic(_instructions)))
 
     def resolve(value: Any) -> Any:
-        return usual(next((other for one, other in made if value is one), value))
+        for function, substitute in substitutes:
+            if value is function:
+                return usual(substitute)
+        return usual(value)
 
     with (
         _instead(context, "resolve_value_type", resolve),
@@ -210,9 +223,10 @@ def _answered() -> Iterator[None]:
 
 
 def ptx_of(kernel: Kernel, capability: tuple[int, int] = CAPABILITY) -> Compiled:
-    """What a kernel is compiled to for a GPU of this kind: a function of its numbers,
-    each of 64 bits, and of the addresses of its arrays. Raises NotForDeviceError where
-    it cannot be.
+    """Return the PTX of a kernel for a GPU of a compute capability.
+
+    It is a function of the kernel's numbers, each of 64 bits, and of the addresses of
+    its arrays. Raises NotForDeviceError if it cannot be compiled.
     """
     name = f"{_key(kernel, capability)}.ptx"
     text = kept(name, lambda: _compiled(kernel, capability).encode("ascii"))
@@ -220,29 +234,29 @@ def ptx_of(kernel: Kernel, capability: tuple[int, int] = CAPABILITY) -> Compiled
 
 
 def _key(kernel: Kernel, capability: tuple[int, int]) -> str:
-    """What decides whether a kernel must be compiled again."""
+    """Return a hash that changes if a kernel must be compiled again."""
     parts = kernel.stamp, kernel.text, kernel.maps, capability, OPTIONS, VERSIONS
-    names = [f"{one.__module__}.{one.__qualname__}" for one in kernel.classes]
+    names = [f"{kind.__module__}.{kind.__qualname__}" for kind in kernel.classes]
     return hashlib.sha256(repr((parts, names)).encode()).hexdigest()[:48]
 
 
 def _compiled(kernel: Kernel, capability: tuple[int, int]) -> str:
     addresses = [types.CPointer(from_dtype(kind)) for kind in kernel.arrays.values()]
-    kinds = [from_dtype(np.dtype(one)) for one in kernel.numbers.values()]
+    kinds = [from_dtype(np.dtype(kind)) for kind in kernel.numbers.values()]
     entry = kernel.of_thread(cuda)
     try:
         with _answered():
-            made = compiler.compile_cuda(
+            compiled = compiler.compile_cuda(
                 entry,
                 types.void,
                 (*kinds, *addresses),
                 nvvm_options=OPTIONS,
                 cc=capability,
             )
-            name = made.fndesc.llvm_func_name
-            compiler.kernel_fixup(made.library.get_function(name), False)
-            [ptx] = made.library.get_asm_strs(cc=capability)
-            remainders = len(REMAINDER.findall("".join(made.library.llvm_strs)))
+            name = compiled.fndesc.llvm_func_name
+            compiler.kernel_fixup(compiled.library.get_function(name), False)
+            [ptx] = compiled.library.get_asm_strs(cc=capability)
+            remainders = len(REMAINDER.findall("".join(compiled.library.llvm_strs)))
     except (NumbaError, NvvmError) as error:
         raise NotForDeviceError(f"model {kernel.model.name}: {error}") from error
     return f"{REMAINDERS}{remainders}\n{ptx}"

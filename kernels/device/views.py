@@ -13,38 +13,61 @@ from numpy.lib.stride_tricks import as_strided
 
 BUILD: Any = cgutils
 LAYOUT = "A"
-"""That of arrays with gaps, in the words of numba."""
+"""numba's word for the layout of arrays with gaps."""
 
 
-def view(whole: Any, first: Any, stride: Any, shape: tuple[Any, ...]) -> Any:
-    """The array of this `shape` whose elements, row after row, are those of `whole`
-    (E,) at `first`, `first + stride`, `first + 2 stride` and so on. It is `whole`
-    itself that is read and written.
+def view(large: Any, first: Any, stride: Any, shape: tuple[Any, ...]) -> Any:
+    """Return a view of elements of a large array that lie a stride apart.
+
+    Nothing is copied: who writes to the view writes to the large array.
+
+    Parameters
+    ----------
+    large : array (E,)
+        The large array.
+    first : int
+        Index of the first element.
+    stride : int
+        Elements from one element of the view to the next.
+    shape : tuple of int
+        Shape of the view, filled row after row.
     """
-    steps, step = [], int(stride) * whole.itemsize
+    steps = []
+    step = int(stride) * large.itemsize
     for length in reversed(shape):
         steps.append(step)
         step *= int(length)
-    return as_strided(whole[int(first) :], tuple(map(int, shape)), tuple(steps[::-1]))
+    return as_strided(large[int(first) :], tuple(map(int, shape)), tuple(steps[::-1]))
 
 
-def instructions(whole: Any, shape: Any, kinds: Any, made: Any) -> Any:
-    """The type of a view of the array at the address `whole`, and what it is compiled
-    to, for a compiler whose types are `kinds` and which makes arrays by `made`.
+def instructions(large: Any, shape: Any, kinds: Any, arrays: Any) -> Any:
+    """Return the signature and the code of `view` for a compiler.
+
+    Parameters
+    ----------
+    large : type
+        Pointer type of the address of a large array.
+    shape : type
+        Tuple type of the shape of the view.
+    kinds : module
+        Types of the compiler.
+    arrays : module
+        Functions of the compiler that build arrays.
     """
-    found = kinds.Array(whole.dtype, len(shape), LAYOUT)
+    kind = kinds.Array(large.dtype, len(shape), LAYOUT)
 
-    def code(context: Any, builder: Any, _signature: Any, given: Any) -> Any:
-        address, first, stride, lengths = given
-        size = context.get_abi_sizeof(context.get_data_type(whole.dtype))
+    def code(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        address, first, stride, lengths = arguments
+        size = context.get_abi_sizeof(context.get_data_type(large.dtype))
         element = context.get_constant(kinds.intp, size)
-        step, steps = builder.mul(stride, element), []
+        step = builder.mul(stride, element)
+        steps = []
         counts = BUILD.unpack_tuple(builder, lengths)
         for length in reversed(counts):
             steps.append(step)
             step = builder.mul(step, length)
-        view = made.make_array(found)(context, builder)
-        made.populate_array(
+        view = arrays.make_array(kind)(context, builder)
+        arrays.populate_array(
             view,
             data=builder.gep(address, [first]),
             shape=counts,
@@ -54,5 +77,5 @@ def instructions(whole: Any, shape: Any, kinds: Any, made: Any) -> Any:
         )
         return view._getvalue()
 
-    whole_numbers = kinds.UniTuple(kinds.intp, len(shape))
-    return found(whole, kinds.intp, kinds.intp, whole_numbers), code
+    integers = kinds.UniTuple(kinds.intp, len(shape))
+    return kind(large, kinds.intp, kinds.intp, integers), code

@@ -1,4 +1,4 @@
-"""What functions of ours do, together with those that they call."""
+"""Properties of our functions, together with those that they call."""
 
 import ast
 from collections.abc import Callable, Mapping
@@ -11,7 +11,7 @@ from kernels.neighbours import search
 
 
 def plain_of(function: Any) -> Any:
-    """What a compiled function is compiled from; anything else as it is."""
+    """Return the plain function of a compiled one; anything else as it is."""
     return getattr(function, "py_func", function)
 
 
@@ -19,13 +19,14 @@ SEARCH = plain_of(search)
 
 
 def is_ours(function: Any) -> bool:
-    """Whether a function is compiled by `kernels.jit`."""
+    """Return whether a function is compiled by `kernels.jit`."""
     return callable(function) and plain_of(function) in OURS
 
 
 def named_by(node: ast.expr, names: Mapping[str, Any]) -> Any:
-    """What a name, or a name in a module, stands for among the globals `names`; None
-    where it is none of these.
+    """Return the object to which a name, or a name in a module, refers.
+
+    `names` are the globals; None if the node is no such name or the name is unknown.
     """
     match node:
         case ast.Name(name):
@@ -36,53 +37,58 @@ def named_by(node: ast.expr, names: Mapping[str, Any]) -> Any:
 
 
 def searches(function: Any) -> bool:
-    """Whether a function of ours searches for neighbours, itself or by another one."""
+    """Return whether a function of ours searches for neighbours, even indirectly."""
     return calls(function, search)
 
 
 def calls(function: Any, other: Any) -> bool:
-    """Whether a function of ours calls another one, itself or by others."""
+    """Return whether a function of ours calls another one, even indirectly."""
     return plain_of(other) in _reached(function)
 
 
 @cache
 def writes(function: Any) -> bool:
-    """Whether a function of ours, or one that it calls, writes into an array. What a
-    search writes is read by masks, which say in which lanes it counts.
+    """Return whether a function of ours, or one that it calls, writes into an array.
+
+    Writes of a search do not count: masks read them, which say in which lanes they
+    count.
     """
     return any(map(writes_elements, _trees(function)))
 
 
 @cache
 def needs_its_test(function: Any) -> bool:
-    """Whether a function of ours may not end, or may read beyond an array, where a
-    single trial does not call it.
+    """Return whether a function of ours is unsafe where one trial does not call it.
+
+    It may not end, or it may read beyond an array.
     """
     return any(
-        isinstance(one, ast.While) or _looks_up(one)
+        isinstance(node, ast.While) or _looks_up(node)
         for tree in _trees(function)
-        for one in ast.walk(tree)
+        for node in ast.walk(tree)
     )
 
 
 def _looks_up(node: ast.AST) -> bool:
-    """Whether a node is an element at a place that is computed by a call."""
+    """Return whether a node is an element whose index a call computes."""
     return isinstance(node, ast.Subscript) and any(
-        isinstance(one, ast.Call) for one in ast.walk(node.slice)
+        isinstance(part, ast.Call) for part in ast.walk(node.slice)
     )
 
 
 def _trees(function: Any) -> list[ast.FunctionDef]:
-    """The text of a function of ours, and of those that it calls but for `search`."""
-    return [tree_of(one) for one in _reached(function) - {SEARCH}]
+    """Return the trees of a function of ours and of its callees but `search`."""
+    return [tree_of(plain) for plain in _reached(function) - {SEARCH}]
 
 
 @cache
 def _reached(function: Any) -> frozenset[Callable[..., Any]]:
-    """A function of ours and those that it calls, as plain Python; none for others.
-    What `search` calls is not looked at.
+    """Return a function of ours and those that it calls, as plain Python.
+
+    The set is empty for other functions. Callees of `search` are left out.
     """
-    met, waiting = set[Callable[..., Any]](), [function]
+    met = set[Callable[..., Any]]()
+    waiting = [function]
     while waiting:
         plain = plain_of(waiting.pop())
         if not is_ours(plain) or plain in met:
@@ -90,8 +96,8 @@ def _reached(function: Any) -> frozenset[Callable[..., Any]]:
         met.add(plain)
         if plain is not SEARCH:
             waiting += [
-                named_by(one.func, plain.__globals__)
-                for one in ast.walk(tree_of(plain))
-                if isinstance(one, ast.Call)
+                named_by(node.func, plain.__globals__)
+                for node in ast.walk(tree_of(plain))
+                if isinstance(node, ast.Call)
             ]
     return frozenset(met)

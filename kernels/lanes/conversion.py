@@ -1,16 +1,17 @@
 """A function for lanes, from the text that it has for a single trial.
 
-A test that differs from lane to lane cannot branch. So what depends on it is computed
-in all lanes, and `where` takes it in those in which the test is true: `a if test else
-b` becomes `where(test, a, b)`, and an assignment in an `if` or in a loop over
-neighbours becomes `x = where(mask, new, x)`. Tests that are the same in all lanes still
-branch. A function that cannot be written so, as with a loop whose length differs, is
-called for one lane after the other.
+A test that differs from lane to lane cannot branch. So all lanes compute what depends
+on it, and `where` selects the lanes in which the test is true. `a if test else b`
+becomes `where(test, a, b)`. An assignment in an `if` or in a loop over neighbours
+becomes `x = where(mask, new, x)`. Tests that are the same in all lanes still branch.
+
+Some functions cannot be written so, such as one with a loop whose length differs. Such
+a function is called for one lane after the other.
 """
 
 import ast
 import inspect
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache
 from typing import Any
 
@@ -23,42 +24,46 @@ from kernels.lanes.syntax import call_of, is_costly, load, read_again, stored, s
 from kernels.lanes.texts import function_of
 
 SUBSTITUTES: dict[Callable[..., Any], Callable[..., Any]] = {}
-"""Of functions of ours that are no rules, what stands for them in lanes."""
+"""Substitutes in lanes for functions of ours that are no rules."""
 
 
 @cache
 def converted(function: Callable[..., Any]) -> Callable[..., Any]:
-    """What stands for a compiled function in a kernel for lanes. It takes the same
-    arguments, vectors and rows among them.
+    """Return the substitute of a compiled function in a kernel for lanes.
+
+    It takes the same arguments, which may be vectors and rows.
     """
     if function in SUBSTITUTES:
         return SUBSTITUTES[function]
     plain = plain_of(function)
     names = list(inspect.signature(plain).parameters)
-    return stub(plain.__name__, names, lambda given: _for_types(function, given))
+    return stub(plain.__name__, names, lambda kinds: _for_types(function, kinds))
 
 
-def _for_types(function: Callable[..., Any], given: dict[str, Any]) -> Any:
-    """What is compiled for arguments of these types. Raises NotForLanesError for what
-    can be neither written nor called lane by lane: all lanes would meet what it writes.
+def _for_types(function: Callable[..., Any], kinds: dict[str, Any]) -> Any:
+    """Return the function to compile for arguments of the types `kinds`.
+
+    Raises NotForLanesError for a function that can be neither written nor called lane
+    by lane. A call lane by lane must not write, because all lanes would read it.
     """
     plain = plain_of(function)
-    if not any(map(holds_lanes, given.values())):
+    if not any(map(holds_lanes, kinds.values())):
         return plain
     try:
-        return _written(plain, given)
+        return _written(plain, kinds)
     except NotForLanesError as error:
         if writes(function):
             raise
-        return lane_by_lane(function, given, str(error))
+        return lane_by_lane(function, kinds, str(error))
 
 
-def _written(plain: Callable[..., Any], given: dict[str, Any]) -> Callable[..., Any]:
-    """The function of the converted text. It is written again until it tells of no more
-    names that differ from lane to lane. Raises NotForLanesError where it cannot be
-    written.
+def _written(plain: Callable[..., Any], kinds: dict[str, Any]) -> Callable[..., Any]:
+    """Return the function of the converted text.
+
+    The text is written again until no new name turns out to differ from lane to lane.
+    Raises NotForLanesError if the function cannot be written.
     """
-    facts = Facts(plain, given)
+    facts = Facts(plain, kinds)
     _refuse(facts)
     while True:
         before = set(facts.varying)
@@ -68,26 +73,27 @@ def _written(plain: Callable[..., Any], given: dict[str, Any]) -> Callable[..., 
             break
     if statements.tools.keys() & facts.names:
         raise NotForLanesError("it has names that texts for lanes have")
-    name, scope = facts.tree.name, facts.globals | TOOLS | statements.tools
+    scope = facts.globals | TOOLS | statements.tools
     for called in facts.names | statements.tools.keys():
-        if is_ours(one := scope.get(called)):
-            scope[called] = converted(one)
-    made: Callable[..., Any] = function_of(_text(name, given, body), scope)
-    return made
+        if is_ours(function := scope.get(called)):
+            scope[called] = converted(function)
+    text = _text(facts.tree.name, kinds, body)
+    written: Callable[..., Any] = function_of(text, scope)
+    return written
 
 
 def _refuse(facts: Facts) -> None:
-    """Raise NotForLanesError for what cannot be written, whatever differs."""
+    """Raise NotForLanesError for functions that no types make convertible."""
     if TOOLS.keys() & facts.names:
         raise NotForLanesError("it has names that texts for lanes have")
-    calls = (one for one in ast.walk(facts.tree) if isinstance(one, ast.Call))
-    if sum(searches(facts.called(one)) for one in calls) > 1:
+    calls = (node for node in ast.walk(facts.tree) if isinstance(node, ast.Call))
+    if sum(searches(facts.called(node)) for node in calls) > 1:
         raise NotForLanesError("what one search has found, another one overwrites")
 
 
-def _text(name: str, given: dict[str, Any], body: list[ast.stmt]) -> str:
-    """The text of a function of these statements."""
-    module = ast.parse(f"def {name}({', '.join(given)}): pass")
+def _text(name: str, names: Iterable[str], body: list[ast.stmt]) -> str:
+    """Return the text of a function of these statements."""
+    module = ast.parse(f"def {name}({', '.join(names)}): pass")
     (function,) = module.body
     assert isinstance(function, ast.FunctionDef)
     function.body = body
@@ -95,27 +101,35 @@ def _text(name: str, given: dict[str, Any], body: list[ast.stmt]) -> str:
 
 
 class _Statements:
-    """The statements of one function, as `facts` say that they differ.
+    """The statements of one function, which differ as `facts` say.
 
     Statements count in the lanes of a `mask`, the name of a variable; None for all
-    lanes. `returned` are masks of lanes that have returned, each with the name of
-    their result. `defined` are the names that have a value in all lanes of the mask.
+    lanes. `returned` are masks of lanes that have returned, each with the name of their
+    result. `defined` are the names that have a value in all lanes of the mask.
     """
 
     def __init__(self, facts: Facts) -> None:
-        self._facts, self._expressions = facts, Expressions(facts)
+        self._facts = facts
+        self._expressions = Expressions(facts)
         self._returned: list[tuple[str, str]] = []
-        self._defined = set(facts.given)
+        self._defined = set(facts.kinds)
         self._fresh = 0
 
     @property
     def tools(self) -> dict[str, Any]:
-        """The stubs that the statements call, by name."""
+        """Stubs that the statements call, by name."""
         return self._expressions.tools
 
     def block(self, body: Sequence[ast.stmt], mask: str | None) -> list[ast.stmt]:
-        """Statements as they are for lanes."""
-        return [made for one in body for made in self._statement(one, mask)]
+        """Return statements in the form for lanes.
+
+        Parameters
+        ----------
+        body : sequence of ast.stmt
+        mask : str or None
+            Name of the mask of lanes in which they count; None for all lanes.
+        """
+        return [for_lanes for node in body for for_lanes in self._statement(node, mask)]
 
     def _statement(self, node: ast.stmt, mask: str | None) -> Iterator[ast.stmt]:
         self._expressions.conditions = int(mask is not None or bool(self._returned))
@@ -151,36 +165,39 @@ class _Statements:
 
     def _name(self, stem: str) -> str:
         self._fresh += 1
-        made = f"_{stem}_{self._fresh}"
-        return self._name(stem) if made in self._facts.names else made
+        name = f"_{stem}_{self._fresh}"
+        return self._name(stem) if name in self._facts.names else name
 
     # ---- assignments
 
     def _assign(
         self, target: ast.expr, value: ast.expr, mask: str | None
     ) -> Iterator[ast.stmt]:
-        """`target = value`. Of `a, b = b, a` both values are computed first."""
+        """Yield `target = value`; in `a, b = b, a` both values come first."""
         if not (isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple)):
             yield from self._store(target, value, self._value(value), mask)
             return
         held = []
-        for one in value.elts:
+        for element in value.elts:
             held.append(self._name("value"))
-            yield stored(held[-1], self._value(one))
-        for part, one, name in zip(target.elts, value.elts, held, strict=True):
-            yield from self._store(part, one, load(name), mask)
+            yield stored(held[-1], self._value(element))
+        for part, element, name in zip(target.elts, value.elts, held, strict=True):
+            yield from self._store(part, element, load(name), mask)
 
     def _store(
         self, target: ast.expr, meant: ast.expr, value: Any, mask: str | None
     ) -> Iterator[ast.stmt]:
-        """Give `value`, which is `meant` for lanes, to a target or to its parts."""
+        """Yield the assignment of `value` to a target or to its parts.
+
+        `meant` is the expression of a single trial from which `value` was made.
+        """
         differs = self._facts.differs(meant)
         if isinstance(target, ast.Tuple):
             held = self._name("values")
             yield stored(held, value)
-            for k, one in enumerate(target.elts):
+            for k, element in enumerate(target.elts):
                 part = ast.Subscript(load(held), ast.Constant(k), ast.Load())
-                yield from self._put(one, part, mask, differs)
+                yield from self._put(element, part, mask, differs)
             return
         if isinstance(target, ast.Name) and target.id in self._facts.once:
             kind = self._facts.kind(meant)
@@ -191,7 +208,7 @@ class _Statements:
     def _put(
         self, target: Any, value: Any, mask: str | None, differs: bool
     ) -> Iterator[ast.stmt]:
-        """Give a value to one name, or to an element of an array."""
+        """Yield the assignment of a value to one name, or to an element of an array."""
         if isinstance(target, ast.Name):
             yield self._put_name(target.id, value, mask, differs)
         elif isinstance(target, ast.Subscript):
@@ -213,14 +230,20 @@ class _Statements:
     def _put_element(
         self, target: ast.Subscript, value: Any, mask: str | None, differs: bool
     ) -> ast.stmt:
-        """Only rows have room for what differs; and an index must be that of all."""
+        """Return the assignment of a value to an element of an array.
+
+        Only rows have room for values that differ, and the index must be that of all
+        lanes.
+        """
         if self._facts.differs(target.slice):
             raise NotForLanesError("each lane writes at another index")
         if self._facts.counts(target.value) and self._expressions.added_to is None:
             raise NotForLanesError("it sets the events that it counts")
-        array, index = target.value, target.slice
+        array = target.value
+        index = target.slice
         if not self._expressions.is_of_neighbour(target):
-            array, index = self._value(array), self._value(index)
+            array = self._value(array)
+            index = self._value(index)
         stores = self._mask_of_stores(mask)
         is_row = isinstance(self._facts.kind(target.value), Rows)
         if (differs or stores is not None) and not is_row:
@@ -231,14 +254,15 @@ class _Statements:
         return ast.Assign([ast.Subscript(array, index, ast.Store())], value)
 
     def _mask_of_stores(self, mask: str | None) -> Any:
-        """The lanes in which a store counts: those of `mask` that have not returned;
-        None for all lanes.
+        """Return the lanes in which a store counts; None for all lanes.
+
+        They are those of `mask` that have not returned.
         """
-        found: Any = load(mask) if mask else None
+        lanes: Any = load(mask) if mask else None
         for left, _ in self._returned:
             stays = call_of("negated", load(left))
-            found = call_of("both", found, stays) if found else stays
-        return found
+            lanes = call_of("both", lanes, stays) if lanes else stays
+        return lanes
 
     # ---- branches
 
@@ -257,11 +281,13 @@ class _Statements:
         self._hide(self._defined - before - (first & set(stores_in(*node.orelse))))
 
     def _real_branch(self, node: ast.If, mask: str | None) -> ast.stmt:
-        """An `if` whose test is the same in all lanes."""
-        returned, defined = len(self._returned), set(self._defined)
+        """Return an `if` whose test is the same in all lanes."""
+        returned = len(self._returned)
+        defined = set(self._defined)
         test = self._value(node.test)
         body = self.block(node.body, mask)
-        after, self._defined = self._defined, defined
+        after = self._defined
+        self._defined = defined
         orelse = self.block(node.orelse, mask)
         in_one = self._defined ^ after
         self._defined |= after
@@ -272,31 +298,34 @@ class _Statements:
         return ast.If(test, body or [ast.Pass()], orelse)
 
     def _hide(self, names: set[str]) -> None:
-        """Nothing may read these names: they have a value in some lanes only."""
+        """Forbid reads of names, because they have a value in some lanes only."""
         self._defined -= names
         self._expressions.hidden |= names
 
     def _under(
         self, body: Sequence[ast.stmt], mask: str | None, test: Any, is_one_of_two: bool
     ) -> Iterator[ast.stmt]:
-        """Statements that count where `mask` and `test` are true. Costly ones are left
-        out where no lane needs them, unless the other branch needs their names.
+        """Yield statements that count where `mask` and `test` are true.
+
+        Costly ones are skipped where no lane needs them, unless the other branch needs
+        their names.
         """
         name = self._name("mask")
         yield stored(name, call_of("both", load(mask), test) if mask else test)
-        made = self.block(body, name)
-        leaves = any(isinstance(one, ast.Return) for one in body)
+        block = self.block(body, name)
+        leaves = any(isinstance(node, ast.Return) for node in body)
         if is_costly(body) and not leaves and not is_one_of_two:
-            yield ast.If(call_of("any_lane", load(name)), made, [])
+            yield ast.If(call_of("any_lane", load(name)), block, [])
         else:
-            yield from made
+            yield from block
 
     # ---- loops and returns
 
     def _loop(self, node: ast.For, mask: str | None) -> Iterator[ast.stmt]:
         if node.orelse:
             raise NotForLanesError("it has a loop with `else`")
-        returned, over = len(self._returned), node.iter
+        returned = len(self._returned)
+        over = node.iter
         is_range = isinstance(over, ast.Call) and self._facts.called(over) is range
         if is_range and self._facts.differs(over):
             yield from self._loop_over_neighbours(node, mask)
@@ -308,10 +337,13 @@ class _Statements:
     def _loop_over_neighbours(
         self, node: ast.For, mask: str | None
     ) -> Iterator[ast.stmt]:
-        """A loop over what was found: it passes those who are neighbours in any lane,
-        and its statements count in the lanes in which they are.
+        """Yield a loop over the neighbours that a search found.
+
+        It visits boids that are neighbours in any lane. Its statements count in the
+        lanes in which they are.
         """
-        place, over = node.target, node.iter
+        place = node.target
+        over = node.iter
         assert isinstance(over, ast.Call)
         if len(over.args) != 1 or not isinstance(place, ast.Name):
             raise NotForLanesError("each lane has another range")
@@ -320,15 +352,16 @@ class _Statements:
         marks = call_of("marked", load(held), load(place.id))
         known = set(self._defined)
         self._expressions.places.add(place.id)
-        made = list(self._under(node.body, mask, marks, False))
+        body = list(self._under(node.body, mask, marks, False))
         self._expressions.places.discard(place.id)
         self._hide(self._defined - known | {place.id})
         count = ast.Call(load("range"), [call_of("listed", load(held))], [])
-        yield ast.For(place, count, made, [])
+        yield ast.For(place, count, body, [])
 
     def _loop_of_all(self, node: ast.For, mask: str | None) -> ast.stmt:
-        """A loop that is equally long in all lanes, over a range or over a tuple."""
-        differs, over = self._facts.differs(node.iter), self._value(node.iter)
+        """Return a loop that is equally long in all lanes, over a range or a tuple."""
+        differs = self._facts.differs(node.iter)
+        over = self._value(node.iter)
         for name in stores_in(node.target):
             self._defined.add(name)
             if differs:
@@ -336,7 +369,7 @@ class _Statements:
         return ast.For(node.target, over, self.block(node.body, mask), [])
 
     def _leave(self, node: ast.Return, mask: str | None) -> Iterator[ast.stmt]:
-        """A return. Lanes that leave earlier keep their result until all leave."""
+        """Yield a return; lanes that leave early keep their result until all leave."""
         if node.value is None:
             raise NotForLanesError("it returns nothing")
         value = self._value(node.value)

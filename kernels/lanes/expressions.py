@@ -1,8 +1,9 @@
-"""Expressions as they are for lanes.
+"""Expressions in the form for lanes.
 
-What Python computes only where it needs it, as the second side of `and`, is computed in
-all lanes, and `where` takes it in those that need it. So nothing may stand there that
-draws a random number or writes into an array: in other lanes a single trial does not.
+Python computes some expressions only where it needs them, such as the second side of
+`and`. Lanes compute them everywhere, and `where` selects the lanes that need them. So
+they may neither draw a random number nor write into an array: in other lanes a single
+trial would not.
 """
 
 import ast
@@ -26,13 +27,13 @@ KINDS = {float: vectors.as_float, int: vectors.as_int, bool: vectors.as_bool}
 
 
 class Expressions:
-    """The expressions of one function, as `facts` say that they differ.
+    """The expressions of one function, which differ as `facts` say.
 
-    `hidden` are names that have a value in some lanes only, and `places` those of
-    loops over neighbours. `conditions` counts what the statement and the expressions
-    at hand depend on, of which a lane may fulfil one and another may not. `added_to`
-    is the element to which the statement at hand adds something. `tools` are the stubs
-    that the expressions call, by name.
+    `hidden` are names that have a value in some lanes only, and `places` the indices of
+    loops over neighbours. `conditions` counts the conditions on which the current
+    statement and expressions depend, if lanes may differ in them. `added_to` is the
+    element to which the current statement adds something. `tools` are the stubs that
+    the expressions call, by name.
     """
 
     def __init__(self, facts: Facts) -> None:
@@ -44,8 +45,9 @@ class Expressions:
         self.tools: dict[str, Any] = {}
 
     def value(self, node: Any) -> Any:
-        """An expression, or a part of one, as it is for lanes. Raises NotForLanesError
-        where it cannot be written.
+        """Return an expression, or a part of one, in the form for lanes.
+
+        Raises NotForLanesError if it cannot be written.
         """
         if not isinstance(node, ast.expr):
             return node
@@ -58,7 +60,7 @@ class Expressions:
         return self._as_it_is(node) if for_lanes is None else for_lanes
 
     def _refuse(self, node: ast.expr) -> None:
-        """Raise NotForLanesError for what says nothing of several trials at once."""
+        """Raise NotForLanesError for expressions without a meaning in several lanes."""
         match node:
             case ast.Lambda() | ast.ListComp() | ast.GeneratorExp():
                 raise NotForLanesError("it makes a function or a list")
@@ -79,8 +81,10 @@ class Expressions:
                     raise NotForLanesError("it reads the events that it counts")
 
     def is_of_neighbour(self, node: ast.expr) -> bool:
-        """Whether an expression is `near.dx[k]`, or the like, in a loop over what was
-        found. A place in a list says nothing else: each lane lists others.
+        """Return whether an expression is like `near.dx[k]`, in a loop over neighbours.
+
+        An index into a list has no other use there, because lanes list different
+        neighbours.
         """
         match node:
             case ast.Subscript(ast.Attribute(near), ast.Name(place)):
@@ -88,7 +92,8 @@ class Expressions:
         return False
 
     def _by_lanes(self, node: ast.expr) -> Any:
-        """What stands for an expression that is computed otherwise in several lanes;
+        """Return the substitute of an expression that lanes compute in another way.
+
         None for all others, whose operators have a meaning for vectors.
         """
         if isinstance(node, ast.IfExp) and self.facts.differs(node.test):
@@ -97,9 +102,9 @@ class Expressions:
         if not self.facts.differs(node):
             return None
         match node:
-            case ast.BoolOp(operator, [first, *others]):
+            case ast.BoolOp(operator, [first, *rest]):
                 name = "both" if isinstance(operator, ast.And) else "either"
-                return _joined(name, [self.value(first), *self._if_needed(others)])
+                return _joined(name, [self.value(first), *self._if_needed(rest)])
             case ast.UnaryOp(ast.Not(), operand):
                 return call_of("negated", self.value(operand))
             case ast.Compare(ops=[_, _, *_]):
@@ -109,11 +114,11 @@ class Expressions:
         return None
 
     def _as_it_is(self, node: ast.expr) -> ast.expr:
-        """The same expression of parts as they are for lanes."""
+        """Return the same expression, of parts in the form for lanes."""
         kind: Any = type(node)
         changed: ast.expr = kind(
             **{
-                name: [self.value(one) for one in part]
+                name: [self.value(element) for element in part]
                 if isinstance(part, list)
                 else self.value(part)
                 for name, part in ast.iter_fields(node)
@@ -122,15 +127,16 @@ class Expressions:
         return changed
 
     def _if_needed(self, nodes: Sequence[ast.expr]) -> list[Any]:
-        """Expressions that a single trial computes only where it needs them."""
+        """Return expressions that a single trial computes only where it needs them."""
         self.conditions += 1
-        made = [self.value(one) for one in nodes]
+        values = [self.value(node) for node in nodes]
         self.conditions -= 1
-        return made
+        return values
 
     def _chain(self, node: ast.Compare) -> Any:
-        """`a < b < c`: all its comparisons, of which Python may leave out the last.
-        What is in the middle is computed twice, so that it may not draw either.
+        """Return `a < b < c` as all its comparisons, of which Python may skip the last.
+
+        The middle is computed twice, so that it may not draw either.
         """
         sides = pairwise(self._if_needed([node.left, *node.comparators]))
         return _joined(
@@ -142,29 +148,33 @@ class Expressions:
         )
 
     def _in_each_lane(self, node: ast.BinOp) -> ast.Call:
-        """What `a ** b` and the like are. A number that stands there stays there: numba
-        computes other powers than those of a variable.
+        """Return the call that computes `a ** b` and similar in each lane.
+
+        Constants stay in the text, because numba computes a constant power in another
+        way than a variable one.
         """
         sides = [node.left, node.right]
-        free = [one for one in sides if not isinstance(one, ast.Constant)]
-        names = iter(["one", "other"])
+        free = [side for side in sides if not isinstance(side, ast.Constant)]
+        names = iter(["first", "second"])
         parts = [
-            one if isinstance(one, ast.Constant) else load(next(names)) for one in sides
+            side if isinstance(side, ast.Constant) else load(next(names))
+            for side in sides
         ]
         text = ast.unparse(ast.BinOp(parts[0], node.op, parts[1]))
         name = f"_{type(node.op).__name__.lower()}_{len(self.tools)}"
         self.tools[name] = text_in_each_lane(text, len(free))
-        return ast.Call(load(name), [self.value(one) for one in free], [])
+        return ast.Call(load(name), [self.value(side) for side in free], [])
 
     def _call(self, node: ast.Call) -> Any:
         if node.keywords:
             raise NotForLanesError("it names arguments of a call")
-        function, method = self.facts.called(node), node.func
+        function = self.facts.called(node)
+        method = node.func
         if self.conditions:
             self._refuse_for_some(node, function)
         if isinstance(method, ast.Attribute) and self.facts.draws(node):
             return self._draw(method, node.args)
-        arguments = [self.value(one) for one in node.args]
+        arguments = [self.value(argument) for argument in node.args]
         plain = plain_of(function)
         if not is_ours(plain) and any(map(self.facts.differs, node.args)):
             if plain in KINDS:
@@ -180,9 +190,7 @@ class Expressions:
         return ast.Call(method, arguments, [])
 
     def _refuse_for_some(self, node: ast.Call, function: Any) -> None:
-        """Raise NotForLanesError for a call that a single trial may leave out, and that
-        does more than to compute a value.
-        """
+        """Raise NotForLanesError for a call with effects that one trial may skip."""
         draws = self.facts.draws(node) or any(map(self.facts.is_random, node.args))
         if draws or writes(function):
             raise NotForLanesError(
@@ -194,13 +202,13 @@ class Expressions:
     def _call_in_module(
         self, method: ast.Attribute, function: Any, arguments: list[Any]
     ) -> ast.Call:
-        """The call of a function of ours as `module.name`."""
+        """Return the call of a function of ours in the form `module.name`."""
         name = f"_of_{ast.unparse(method.value)}_{method.attr}"
         self.tools[name] = function
         return ast.Call(load(name), arguments, [])
 
     def _call_in_each_lane(self, plain: Any, arguments: list[Any]) -> ast.Call:
-        """What a function is that is not ours and takes no vectors."""
+        """Return the call, in each lane, of another function that takes no vectors."""
         if getattr(plain, "__module__", "") != "math":
             raise NotForLanesError("it calls a function that is not known for lanes")
         name = f"_each_{plain.__name__}"
@@ -208,28 +216,28 @@ class Expressions:
         return ast.Call(load(name), arguments, [])
 
     def _draw(self, method: ast.Attribute, arguments: Sequence[ast.expr]) -> ast.Call:
-        """Random numbers of each lane's own generator."""
+        """Return the call that draws from each lane's own generator."""
         name = f"_draw_{method.attr}_{len(arguments)}"
         self.tools[name] = method_in_each_lane(method.attr, len(arguments))
         return ast.Call(load(name), [method.value, *map(self.value, arguments)], [])
 
 
 def _joined(name: str, parts: Sequence[Any]) -> Any:
-    """`both` or `either` of several parts, from the left."""
-    first, *others = parts
-    for other in others:
-        first = call_of(name, first, other)
-    return first
+    """Return `both` or `either` of several parts, from the left."""
+    joined, *rest = parts
+    for part in rest:
+        joined = call_of(name, joined, part)
+    return joined
 
 
 def _in_pairs(function: ast.expr, arguments: list[Any]) -> Any:
-    """`max` or `min` of several numbers, from the left, of two at a time."""
+    """Return `max` or `min` of numbers, from the left, two at a time."""
     if len(arguments) <= 2:
         return ast.Call(function, arguments, [])
-    first, *others = arguments
-    for other in others:
-        first = ast.Call(function, [first, other], [])
-    return first
+    extreme, *rest = arguments
+    for argument in rest:
+        extreme = ast.Call(function, [extreme, argument], [])
+    return extreme
 
 
 def _makes_tuples(function: Any) -> bool:

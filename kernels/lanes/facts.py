@@ -1,6 +1,4 @@
-"""What is known of a function that is converted for lanes: the types of its names, and
-which expressions differ from lane to lane.
-"""
+"""Types of the names of a function for lanes, and which expressions differ by lane."""
 
 import ast
 import builtins
@@ -17,52 +15,54 @@ from kernels.lanes.syntax import names_in, stores_in, tree_of
 from kernels.lanes.vectors import WHOLE
 
 SAME_IN_ALL: set[Callable[..., Any]] = set()
-"""Functions whose result is the same in all lanes, whatever they are given."""
+"""Functions whose result is the same in all lanes, whatever their arguments are."""
 LIKE_FIRST: set[Callable[..., Any]] = set()
-"""Functions whose result is of the type of their first argument."""
+"""Functions whose result has the type of their first argument."""
 
 
 class NotForLanesError(Exception):
-    """A function cannot be written for lanes; it says why."""
+    """Error of a function that cannot be written for lanes; with the reason."""
 
 
 class Facts:
-    """What is known of one plain function, for arguments of certain types.
+    """Knowledge of one plain function, for arguments of the types `kinds`.
 
-    `varying` are the names that differ from lane to lane. A name may turn out to be one
-    after it was read, in a loop: so a function is converted again until none is new.
-    `known` are the types of names that keep one value, where they can be told.
+    `varying` are the names that differ from lane to lane. In a loop a name may turn out
+    to be one after it was read. So a function is converted again until no name is new.
+    `known` are the types of names that keep one value, as far as they can be
+    determined.
     """
 
-    def __init__(self, plain: Callable[..., Any], given: dict[str, Any]) -> None:
-        self.given, self.tree = given, tree_of(plain)
+    def __init__(self, plain: Callable[..., Any], kinds: dict[str, Any]) -> None:
+        self.kinds = kinds
+        self.tree = tree_of(plain)
         self.globals: dict[str, Any] = dict(plain.__globals__)
         self.names = names_in(self.tree)
         stores = Counter(stores_in(self.tree))
         self.assigned = set(stores)
-        seen = vars(builtins) | self.globals
-        for name in self.assigned | given.keys():
-            seen.pop(name, None)
-        self._elsewhere = seen
+        elsewhere = vars(builtins) | self.globals
+        for name in self.assigned | kinds.keys():
+            elsewhere.pop(name, None)
+        self._elsewhere = elsewhere
         self.once = {name for name, count in stores.items() if count == 1}
-        self.varying = {name for name, kind in given.items() if holds_lanes(kind)}
+        self.varying = {name for name, kind in kinds.items() if holds_lanes(kind)}
         self.known = {
-            name: kind for name, kind in given.items() if name not in self.assigned
+            name: kind for name, kind in kinds.items() if name not in self.assigned
         }
 
     def kind(self, node: ast.expr) -> Any:
-        """The type of an expression, None where it is not known."""
+        """Return the type of an expression, None if it is not known."""
         match node:
             case ast.Name():
                 return self.known.get(node.id)
             case ast.Attribute():
                 return _kind_of_part(self.kind(node.value), node.attr)
             case ast.Subscript():
-                whole = self.kind(node.value)
-                if isinstance(whole, rows.Rows):
-                    return whole.vector
-                if isinstance(whole, types.Array) and not self.differs(node.slice):
-                    return whole.dtype
+                container = self.kind(node.value)
+                if isinstance(container, rows.Rows):
+                    return container.vector
+                if isinstance(container, types.Array) and not self.differs(node.slice):
+                    return container.dtype
             case ast.Call(_, [first, *_]) if plain_of(self.called(node)) in LIKE_FIRST:
                 return self.kind(first)
             case ast.IfExp() if not self.differs(node.test):
@@ -71,7 +71,7 @@ class Facts:
         return None
 
     def differs(self, node: ast.AST) -> bool:
-        """Whether an expression differs from lane to lane, or may do so."""
+        """Return whether an expression may differ from lane to lane."""
         if isinstance(node, ast.expr) and (known := self.kind(node)) is not None:
             return holds_lanes(known)
         if isinstance(node, ast.Name):
@@ -83,36 +83,37 @@ class Facts:
         return any(map(self.differs, ast.iter_child_nodes(node)))
 
     def called(self, node: ast.Call) -> Any:
-        """The function that is called, by its name or as `math.sqrt`; None where it is
-        not known.
+        """Return the function that is called, by its name or as `math.sqrt`.
+
+        None if it is not known.
         """
         return named_by(node.func, self._elsewhere)
 
     def holds(self, node: ast.expr, *classes: type[Any]) -> bool:
-        """Whether an expression is known to be a tuple of one of these classes."""
+        """Return whether an expression is known to be a tuple of one of the classes."""
         kind = self.kind(node)
         return is_named(kind) and kind.instance_class in classes
 
     def counts(self, node: ast.expr) -> bool:
-        """Whether an expression is known to be the events that a model counts."""
+        """Return whether an expression is known to be the events a model counts."""
         kind = self.kind(node)
         return isinstance(kind, rows.Rows) and kind.vector is WHOLE
 
     def draws(self, node: ast.Call) -> bool:
-        """Whether a call draws a random number of each lane's own generator."""
+        """Return whether a call draws a random number of each lane's own generator."""
         method = node.func
         return isinstance(method, ast.Attribute) and self.is_random(method.value)
 
     def is_random(self, node: ast.expr) -> bool:
-        """Whether an expression is known to be the generators of the lanes."""
+        """Return whether an expression is known to be the generators of the lanes."""
         return _holds_generators(self.kind(node))
 
 
-def _kind_of_part(whole: Any, name: str) -> Any:
-    """The type of an attribute of something of this type."""
-    if is_named(whole):
-        return dict(zip(whole.fields, whole.types, strict=True)).get(name)
-    return types.intp if isinstance(whole, rows.Rows | types.Array) else None
+def _kind_of_part(container: Any, name: str) -> Any:
+    """Return the type of an attribute of an object of a type."""
+    if is_named(container):
+        return dict(zip(container.fields, container.types, strict=True)).get(name)
+    return types.intp if isinstance(container, rows.Rows | types.Array) else None
 
 
 def _holds_generators(kind: Any) -> bool:

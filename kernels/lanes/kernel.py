@@ -1,4 +1,4 @@
-"""A model's `advance` for eight flights at once, from its own text."""
+"""A model's `advance` for eight trials at once, from its own text."""
 
 import math
 from collections.abc import Callable
@@ -34,22 +34,23 @@ from kernels.state import Flock, remember
 from kernels.workspace import Workspace
 
 ALL = 2**WIDTH - 1
-"""The byte of a mask that is true in all lanes."""
+"""Byte of a mask that is true in all lanes."""
 piece = numba.njit(**OPTIONS)
 
 
 class LanesWatch(NamedTuple):
-    """The events that a model counts itself in one step."""
+    """Events that a model itself counts in one step."""
 
     events: Any
 
 
 class LanesRecord(NamedTuple):
-    """The flocks after each step since the last look: `trail` (WIDTH, 1 + S, 4, M) has
-    x, y, vx and vy of each lane, at first those before the first step, for N boids and
-    as many more as make M a multiple of WIDTH. `counted` has the events that the model
-    counted in each step. `finite` says of each in which lanes all numbers were finite,
-    and `late` (1,) counts these steps.
+    """Flocks after each step since they were last observed.
+
+    `trail` (WIDTH, 1 + S, 4, M) has x, y, vx and vy of each lane, at first those before
+    the first step. M is the number N of boids, rounded up to a multiple of WIDTH.
+    `counted` has the events that the model counted in each step. `finite` has, for each
+    step, the lanes in which all numbers were finite. `late` (1,) counts these steps.
     """
 
     trail: NDArray[np.float64]
@@ -61,8 +62,9 @@ class LanesRecord(NamedTuple):
 
 @piece
 def _note(flock: Any, _world: Any, record: Any) -> bool:
-    """Keep the flock after a step, and what the model has counted in it; False where
-    the numbers of a lane are not finite.
+    """Keep the flock after a step, and the events that the model counted in it.
+
+    Returns False if the numbers of a lane are not finite.
     """
     late = record.late[0]
     record.late[0] = late + 1
@@ -73,10 +75,10 @@ def _note(flock: Any, _world: Any, record: Any) -> bool:
         total = flock.x[i] + flock.y[i] + flock.vx[i] + flock.vy[i]
         finite = finite & (abs(total) < math.inf)
     for i in range(0, flock.x.size, WIDTH):
-        write_turned(flock.x, i, record.trail, late + 1, 0)
-        write_turned(flock.y, i, record.trail, late + 1, 1)
-        write_turned(flock.vx, i, record.trail, late + 1, 2)
-        write_turned(flock.vy, i, record.trail, late + 1, 3)
+        write_turned(flock.x, i, record.trail, late + 1, field=0)
+        write_turned(flock.y, i, record.trail, late + 1, field=1)
+        write_turned(flock.vx, i, record.trail, late + 1, field=2)
+        write_turned(flock.vy, i, record.trail, late + 1, field=3)
     for k in range(N_EVENTS):
         record.counted[late * N_EVENTS + k] = record.watch.events[k]
         record.watch.events[k] = spread(0)
@@ -85,16 +87,19 @@ def _note(flock: Any, _world: Any, record: Any) -> bool:
 
 
 @piece
-def _whole(found: Any) -> Any:
-    """`kernels.indices.whole`: each turn of a loop is one of all lanes already."""
-    return found
+def _whole(neighbours: Any) -> Any:
+    """Replace `kernels.indices.whole`: each turn of a loop is one of all lanes."""
+    return neighbours
 
 
 @piece
 def _follow(
     _work: Any, _i: Any, _vx: Any, _vy: Any, wanted_x: Any, wanted_y: Any
 ) -> tuple[Any, Any]:
-    """`kernels.robots.actuation.drive` of ideal boids: others fly alone."""
+    """Replace `kernels.robots.actuation.drive` for ideal boids.
+
+    Trials with other boids run alone.
+    """
     return wanted_x, wanted_y
 
 
@@ -102,9 +107,9 @@ _remember = converted(remember)
 
 
 @piece
-def _publish(flock: Any, others: Any, _work: Any) -> None:
-    """`kernels.robots.sensing.publish` of boids that know all that they see."""
-    _remember(flock, others)
+def _publish(flock: Any, published: Any, _work: Any) -> None:
+    """Replace `kernels.robots.sensing.publish` for boids that know what they see."""
+    _remember(flock, published)
 
 
 @piece
@@ -119,13 +124,16 @@ def _own_of(flock: Any, _work: Any) -> Any:
 
 @piece
 def _params_of(params: Any, _work: Any, _i: Any) -> Any:
-    """`kernels.robots.differing.params_of` of boids that are alike."""
+    """Replace `kernels.robots.differing.params_of` for boids that are equal."""
     return params
 
 
 @piece
 def _goal_of(world: Any, _goals: Any, _i: Any) -> tuple[float, float]:
-    """`kernels.goals.goal_of` of boids with one goal: others fly alone."""
+    """Replace `kernels.goals.goal_of` for boids with one goal.
+
+    Trials with several goals run alone.
+    """
     return world.goal_x, world.goal_y
 
 
@@ -177,16 +185,18 @@ LIKE_FIRST.update(
 
 
 def weights_of(model: Model) -> tuple[str, ...]:
-    """The parameters that may differ between flights: the weights of rules, where these
-    are no whole numbers.
+    """Return the parameters that may differ between trials.
+
+    They are the weights of rules, if these are floats.
     """
     params: Any = model.params
     return _weights(params)
 
 
 def kernel_of(model: Model, alike: bool) -> Callable[..., bool]:
-    """The kernel that advances WIDTH flights of a model, of which the weights differ.
-    `alike` says that all have the same obstacles.
+    """Return the kernel that advances WIDTH trials of a model.
+
+    Weights may differ. `alike` means that all trials have the same obstacles.
     """
     params: Any = model.params
     return _kernel(model.advance, params, alike)
@@ -207,7 +217,7 @@ def _kernel(
     advance: Callable[..., bool], params: Any, alike: bool
 ) -> Callable[..., bool]:
     weights = _weights(params)
-    given = ", ".join(
+    fields = ", ".join(
         f"weights[{weights.index(name)}]" if name in weights else f"params.{name}"
         for name in params._fields
     )
@@ -229,7 +239,7 @@ def _kernel(
                 LanesWatch(rows(room.events))
             )
             move_all(grid, flock)
-            return advance(flock, placed, Params({given}), work, record, rngs, steps)
+            return advance(flock, placed, Params({fields}), work, record, rngs, steps)
     """
     scope: dict[str, Any] = {
         "__name__": advance.__module__,

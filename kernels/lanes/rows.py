@@ -1,4 +1,4 @@
-"""Where the numbers of eight trials lie: a row of eight for each boid."""
+"""Memory of the numbers of eight trials: a row of eight for each boid."""
 
 import operator
 from typing import Any, NamedTuple
@@ -37,7 +37,7 @@ from kernels.lanes.vectors import (
 
 
 class Each(NamedTuple):
-    """The random numbers of each lane."""
+    """Random number generators of the lanes."""
 
     lane_0: Any
     lane_1: Any
@@ -50,7 +50,7 @@ class Each(NamedTuple):
 
 
 class Rows(types.Type):
-    """Rows of WIDTH numbers each, which stand for an array of numbers."""
+    """Type of rows of WIDTH numbers each, which stand for an array of numbers."""
 
     def __init__(self, vector: Vector) -> None:
         self.vector = vector
@@ -72,6 +72,7 @@ class _Attributes(AttributeTemplate):
     key = Rows
 
     def resolve_size(self, _kind: Rows) -> Any:
+        """Return the type of the number of rows."""
         return types.intp
 
 
@@ -82,22 +83,22 @@ def _size(context: Any, builder: Any, kind: Rows, value: Any) -> Any:
 
 @intrinsic
 def rows(_context: Any, array: Any) -> Any:
-    """The rows that are an array (N, WIDTH)."""
+    """Return an array (N, WIDTH) as rows."""
     kind = ROWS[array.dtype]
 
-    def code(context: Any, builder: Any, given: Any, arguments: Any) -> Any:
-        held = context.make_array(given.args[0])(context, builder, arguments[0])
-        made = cgutils.create_struct_proxy(kind)(context, builder)
-        made.data = held.data
-        made.size = cgutils.unpack_tuple(builder, held.shape)[0]
-        return made._getvalue()
+    def code(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        held = context.make_array(sig.args[0])(context, builder, arguments[0])
+        proxy = cgutils.create_struct_proxy(kind)(context, builder)
+        proxy.data = held.data
+        proxy.size = cgutils.unpack_tuple(builder, held.shape)[0]
+        return proxy._getvalue()
 
     return signature(kind, array), code
 
 
-def _place(context: Any, builder: Any, given: Any, arguments: Any) -> Any:
-    """The address of a row; a place below 0 is counted from the end."""
-    kind, number = given.args[:2]
+def _place(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+    """Return the address of a row; an index below 0 counts from the end."""
+    kind, number = sig.args[:2]
     held = cgutils.create_struct_proxy(kind)(context, builder, value=arguments[0])
     index = context.cast(builder, arguments[1], number, types.int64)
     if number.signed:
@@ -112,6 +113,14 @@ def _place(context: Any, builder: Any, given: Any, arguments: Any) -> Any:
 @infer_global(operator.getitem)
 class _Read(AbstractTemplate):
     def generic(self, arguments: tuple[Any, ...], _named: Any) -> Any:
+        """Return the signature of a read; None if it is not one of rows.
+
+        Parameters
+        ----------
+        arguments : tuple of type
+        _named : dict of type
+            Arguments with names, which are not used.
+        """
         kind, index = arguments
         if isinstance(kind, Rows) and isinstance(index, types.Integer):
             return signature(kind.vector, *arguments)
@@ -119,13 +128,21 @@ class _Read(AbstractTemplate):
 
 
 @lower_builtin(operator.getitem, Rows, types.Integer)
-def _read(context: Any, builder: Any, given: Any, arguments: Any) -> Any:
-    return builder.load(_place(context, builder, given, arguments), align=8)
+def _read(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+    return builder.load(_place(context, builder, sig, arguments), align=8)
 
 
 @infer_global(operator.setitem)
 class _Write(AbstractTemplate):
     def generic(self, arguments: tuple[Any, ...], _named: Any) -> Any:
+        """Return the signature of a write; None if it is not one of rows.
+
+        Parameters
+        ----------
+        arguments : tuple of type
+        _named : dict of type
+            Arguments with names, which are not used.
+        """
         kind, index, _ = arguments
         if isinstance(kind, Rows) and isinstance(index, types.Integer):
             return signature(types.none, kind, index, kind.vector)
@@ -133,8 +150,8 @@ class _Write(AbstractTemplate):
 
 
 @lower_builtin(operator.setitem, Rows, types.Integer, Vector)
-def _write(context: Any, builder: Any, given: Any, arguments: Any) -> Any:
-    place = _place(context, builder, given, arguments)
+def _write(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+    place = _place(context, builder, sig, arguments)
     builder.store(arguments[2], place, align=8)
     return context.get_dummy_value()
 
@@ -143,12 +160,23 @@ def _write(context: Any, builder: Any, given: Any, arguments: Any) -> Any:
 def write_turned(
     _context: Any, value: Any, first: Any, trail: Any, step: Any, field: Any
 ) -> Any:
-    """Write WIDTH rows, from `first` on, into `trail` (WIDTH, S, F, N): what stands in
-    one lane becomes neighbours in trail[lane, step, field, first:].
+    """Write WIDTH rows, transposed, into a trail.
+
+    Numbers of one lane become neighbours in ``trail[lane, step, field, first:]``.
+
+    Parameters
+    ----------
+    _context : numba context
+    value : Rows
+    first : int
+        Index of the first row.
+    trail : array (WIDTH, S, F, N) of float
+    step : int
+    field : int
     """
 
-    def code(context: Any, builder: Any, given: Any, arguments: Any) -> Any:
-        begin = _place(context, builder, given, arguments)
+    def code(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        begin = _place(context, builder, sig, arguments)
         turned = _transposed(
             builder,
             [
@@ -156,103 +184,117 @@ def write_turned(
                 for row in range(WIDTH)
             ],
         )
-        made = context.make_array(given.args[2])(context, builder, arguments[2])
-        place = made.data
-        strides = cgutils.unpack_tuple(builder, made.strides)
+        array = context.make_array(sig.args[2])(context, builder, arguments[2])
+        place = array.data
+        strides = cgutils.unpack_tuple(builder, array.strides)
         for k, at in enumerate((3, 4, 1), 1):
-            index = context.cast(builder, arguments[at], given.args[at], types.intp)
+            index = context.cast(builder, arguments[at], sig.args[at], types.intp)
             offset = builder.mul(index, strides[k])
             place = cgutils.pointer_add(builder, place, offset, place.type)
         for row in turned:
-            there = builder.bitcast(place, row.type.as_pointer())
-            builder.store(row, there, align=8)
+            address = builder.bitcast(place, row.type.as_pointer())
+            builder.store(row, address, align=8)
             place = cgutils.pointer_add(builder, place, strides[0], place.type)
         return context.get_dummy_value()
 
-    return signature(types.none, value, first, trail, step, field), code
+    return signature(types.none, *(value, first, trail, step, field)), code
 
 
 def _transposed(builder: Any, rows: list[Any]) -> list[Any]:
-    """The columns of a square of numbers: its quarters are exchanged, then theirs."""
+    """Return the columns of a square of numbers.
+
+    Quarters of the square are exchanged, then quarters of these.
+    """
     for apart in (1, 2, 4):
-        for one in range(WIDTH):
-            if one & apart:
+        for first in range(WIDTH):
+            if first & apart:
                 continue
-            pair = rows[one], rows[one + apart]
-            for other, start in ((one, 0), (one + apart, apart)):
+            pair = rows[first], rows[first + apart]
+            for row, start in ((first, 0), (first + apart, apart)):
                 places = [
                     WIDTH + k - apart + start if k & apart else k + start
                     for k in range(WIDTH)
                 ]
                 mask = ir.Constant(ir.VectorType(INDEX, WIDTH), places)
-                rows[other] = builder.shuffle_vector(*pair, mask)
+                rows[row] = builder.shuffle_vector(*pair, mask)
     return rows
 
 
 @intrinsic
 def found(_context: Any, count: Any, listed: Any, marks: Any) -> Any:
-    """What a search has found: how many neighbours in each lane, how many are listed,
-    and an array of masks that says in which lanes each of these is one.
+    """Return the result of a search for the neighbours of a boid.
+
+    Parameters
+    ----------
+    _context : numba context
+    count : Vector of int
+        Number of neighbours in each lane.
+    listed : int
+        Number of boids that are neighbours in any lane.
+    marks : array of uint8
+        Lanes in which each listed boid is a neighbour, as bits.
     """
 
-    def code(context: Any, builder: Any, given: Any, arguments: Any) -> Any:
-        made = cgutils.create_struct_proxy(FOUND)(context, builder)
-        made.count = arguments[0]
-        made.listed = context.cast(builder, arguments[1], given.args[1], types.int64)
-        held = context.make_array(given.args[2])(context, builder, arguments[2])
-        made.marks = held.data
-        return made._getvalue()
+    def code(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        proxy = cgutils.create_struct_proxy(FOUND)(context, builder)
+        proxy.count = arguments[0]
+        proxy.listed = context.cast(builder, arguments[1], sig.args[1], types.int64)
+        held = context.make_array(sig.args[2])(context, builder, arguments[2])
+        proxy.marks = held.data
+        return proxy._getvalue()
 
     return signature(FOUND, count, listed, marks), code
 
 
 @intrinsic
-def _listed(_context: Any, one: Any) -> Any:
-    def code(context: Any, builder: Any, given: Any, arguments: Any) -> Any:
-        kind, value = given.args[0], arguments[0]
+def _listed(_context: Any, neighbours: Any) -> Any:
+    def code(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        kind = sig.args[0]
+        value = arguments[0]
         return cgutils.create_struct_proxy(kind)(context, builder, value=value).listed
 
-    return signature(types.int64, one), code
+    return signature(types.int64, neighbours), code
 
 
 @intrinsic
-def _marked(_context: Any, one: Any, at: Any) -> Any:
-    def code(context: Any, builder: Any, given: Any, arguments: Any) -> Any:
-        kind, value = given.args[0], arguments[0]
+def _marked(_context: Any, neighbours: Any, at: Any) -> Any:
+    def code(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        kind = sig.args[0]
+        value = arguments[0]
         held = cgutils.create_struct_proxy(kind)(context, builder, value=value)
-        index = context.cast(builder, arguments[1], given.args[1], types.int64)
+        index = context.cast(builder, arguments[1], sig.args[1], types.int64)
         place = builder.gep(held.marks, [index], inbounds=True)
         return builder.bitcast(builder.load(place), MASK.llvm)
 
-    return signature(MASK, one, at), code
+    return signature(MASK, neighbours, at), code
 
 
-def listed(one: Any) -> Any:
-    """How often a loop over what was found is run."""
-    return one
+def listed(neighbours: Any) -> Any:
+    """Return the number of turns of a loop over neighbours."""
+    return neighbours
 
 
 @overload(listed, jit_options=OPTIONS, strict=False)
-def _count_listed(one: Any) -> Any:
-    if isinstance(one, Found):
-        return lambda one: _listed(one)
-    return lambda one: one
+def _count_listed(neighbours: Any) -> Any:
+    if isinstance(neighbours, Found):
+        return lambda neighbours: _listed(neighbours)
+    return lambda neighbours: neighbours
 
 
-def marked(one: Any, at: Any) -> Any:
-    """The lanes in which the entry `at` of what was found counts."""
+def marked(neighbours: Any, at: Any) -> Any:
+    """Return the lanes in which entry `at` of the neighbours counts."""
     return True
 
 
 @overload(marked, jit_options=OPTIONS, strict=False)
-def _mark(one: Any, at: Any) -> Any:
-    if isinstance(one, Found):
-        return lambda one, at: _marked(one, at)
-    return lambda one, at: True
+def _mark(neighbours: Any, at: Any) -> Any:
+    if isinstance(neighbours, Found):
+        return lambda neighbours, at: _marked(neighbours, at)
+    return lambda neighbours, at: True
 
 
 def of_lane(value: Any, at: Any) -> Any:
-    """What a value is in one lane."""
+    """Return the part of a value that belongs to one lane."""
     return value
 
 
@@ -275,7 +317,7 @@ def _of_lane(value: Any, at: Any) -> Any:
 
 
 class Stacked(types.Type):
-    """An array for each lane, all in one."""
+    """Type of an array for each lane, all in one."""
 
     def __init__(self, array: Any) -> None:
         self.array = array
@@ -290,34 +332,43 @@ class _StackedModel(models.StructModel):
 
 @intrinsic
 def stacked(_context: Any, array: Any) -> Any:
-    """The arrays (...) of the lanes, from an array (WIDTH, ...)."""
+    """Return an array (WIDTH, ...) as the arrays (...) of the lanes."""
     kind = Stacked(array)
 
-    def code(context: Any, builder: Any, _given: Any, arguments: Any) -> Any:
-        made = cgutils.create_struct_proxy(kind)(context, builder)
-        made.array = arguments[0]
-        return made._getvalue()
+    def code(context: Any, builder: Any, _sig: Any, arguments: Any) -> Any:
+        proxy = cgutils.create_struct_proxy(kind)(context, builder)
+        proxy.array = arguments[0]
+        return proxy._getvalue()
 
     return signature(kind, array), code
 
 
 @intrinsic
 def row_of(_context: Any, value: Any, at: Any) -> Any:
-    """The array of one lane. It is for arguments of calls only: a function without
-    reference counts may return no array.
-    """
-    whole = value.array
-    kind = whole.copy(ndim=whole.ndim - 1)
+    """Return the array of one lane.
 
-    def code(context: Any, builder: Any, given: Any, arguments: Any) -> Any:
+    It is for arguments of calls only: a function without reference counts may return no
+    array.
+
+    Parameters
+    ----------
+    _context : numba context
+    value : Stacked
+    at : int
+        Index of the lane.
+    """
+    array_kind = value.array
+    kind = array_kind.copy(ndim=array_kind.ndim - 1)
+
+    def code(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         held = cgutils.create_struct_proxy(value)(context, builder, value=arguments[0])
-        array = context.make_array(whole)(context, builder, held.array)
-        index = context.cast(builder, arguments[1], given.args[1], types.intp)
+        array = context.make_array(array_kind)(context, builder, held.array)
+        index = context.cast(builder, arguments[1], sig.args[1], types.intp)
         shape = cgutils.unpack_tuple(builder, array.shape)
         strides = cgutils.unpack_tuple(builder, array.strides)
-        made = context.make_array(kind)(context, builder)
+        row = context.make_array(kind)(context, builder)
         context.populate_array(
-            made,
+            row,
             data=cgutils.pointer_add(
                 builder, array.data, builder.mul(index, strides[0]), array.data.type
             ),
@@ -327,13 +378,13 @@ def row_of(_context: Any, value: Any, at: Any) -> Any:
             meminfo=None,
             parent=None,
         )
-        return made._getvalue()
+        return row._getvalue()
 
     return signature(kind, value, at), code
 
 
 def stack_all(value: Any) -> Any:
-    """A named tuple whose arrays are those of the lanes."""
+    """Return a named tuple whose arrays are those of the lanes."""
     return value
 
 
@@ -350,33 +401,31 @@ def _stack_all(value: Any) -> Any:
 
 
 def is_each(kind: Any) -> bool:
-    """Whether a type is that of something which each lane has for itself and which is
-    no number.
-    """
+    """Return whether a type is that of an object per lane that is no number."""
     if isinstance(kind, Stacked):
         return True
     return isinstance(kind, types.NamedUniTuple) and kind.instance_class is Each
 
 
 def holds_lanes(kind: Any) -> bool:
-    """Whether a type holds anything that each lane has for itself."""
+    """Return whether a type holds anything that each lane has for itself."""
     if is_each(kind) or isinstance(kind, Vector | Found | Rows):
         return True
     return is_tuple(kind) and any(map(holds_lanes, kind.types))
 
 
 def is_tuple(kind: Any) -> bool:
-    """Whether a type is that of a tuple, whose `types` are those of its members."""
+    """Return whether a type is that of a tuple; its `types` are those of members."""
     return isinstance(kind, types.BaseTuple)
 
 
 def is_named(kind: Any) -> bool:
-    """Whether a type is that of a named tuple, which has `fields` too."""
+    """Return whether a type is that of a named tuple, which has `fields` too."""
     return isinstance(kind, types.BaseNamedTuple)
 
 
 def spread_all(value: Any) -> Any:
-    """A number, or each of a tuple, in all lanes."""
+    """Return a number, or each number of a tuple, in all lanes."""
     return value
 
 
@@ -390,7 +439,16 @@ def _spread_all(value: Any) -> Any:
 
 
 def put_all(result: Any, at: Any, value: Any) -> Any:
-    """`result` with another number, or other ones of a tuple, in the lane `at`."""
+    """Return numbers with other ones in one lane.
+
+    Parameters
+    ----------
+    result : Vector or tuple
+    at : int
+        Index of the lane.
+    value : number or tuple
+        New numbers of the lane.
+    """
     return value
 
 

@@ -1,9 +1,9 @@
-"""What a kernel for lanes calls: functions of which numba compiles what suits the types
-of the arguments.
+"""Functions that a kernel for lanes calls; numba compiles what suits a call's types.
 
-A stub has no body. numba asks it by the types of a call, and gets the function that is
-compiled for these. What has no meaning for vectors is called lane by lane: for each
-lane its own numbers are taken out, and the results are put into vectors again.
+A stub has no body. numba asks it by the types of a call, and gets the function to
+compile for these types. Functions without a meaning for vectors are called lane by
+lane. Then each lane's own numbers are taken out, and the results are put into vectors
+again.
 """
 
 from collections.abc import Callable, Sequence
@@ -25,20 +25,29 @@ TOOLS: dict[str, Any] = {
         *(rows.listed, rows.marked, rows.of_lane, rows.spread_all, rows.put_all),
     )
 }
-"""What converted text may name besides the names of its own module."""
+"""Functions that converted text may name besides the names of its own module."""
 LANE_BY_LANE: dict[str, str] = {}
-"""The functions that this process has compiled lane by lane, and why. They cost as much
-as in single trials, so that nobody should be surprised by one.
+"""Functions that this process has compiled lane by lane, and why.
+
+They cost as much as in single trials. So the list lets a user find them.
 """
 
 
 def stub(
     name: str, names: Sequence[str], choose: Callable[[dict[str, Any]], Any]
 ) -> Callable[..., Any]:
-    """A function for numba, of arguments of these names. `choose` gives the one that is
-    compiled, from the types of the arguments by name.
+    """Return a function without a body for numba.
 
-    numba compares the names of arguments, so that both functions are written with them.
+    numba compares the names of arguments. So both functions have the same ones.
+
+    Parameters
+    ----------
+    name : str
+        Name of the function.
+    names : sequence of str
+        Names of its arguments.
+    choose : function
+        It returns the function to compile, from the types of the arguments by name.
     """
     listed = ", ".join(names)
     empty: Callable[..., Any] = function_of(f"def {name}({listed}): pass", {})
@@ -50,20 +59,28 @@ def stub(
     return empty
 
 
-def lane_by_lane(function: Callable[..., Any], given: dict[str, Any], why: str) -> Any:
-    """A function that calls another one for each lane. `given` are the types of the
-    arguments by name, and `why` says why it has to be so.
+def lane_by_lane(function: Callable[..., Any], kinds: dict[str, Any], why: str) -> Any:
+    """Return a function that calls another one for each lane.
+
+    Parameters
+    ----------
+    function : function
+        Function of single numbers.
+    kinds : dict of type
+        Types of the arguments by name.
+    why : str
+        Reason, for `LANE_BY_LANE`.
     """
     # Arguments of these names hide nothing that the text calls.
-    given = {f"_given_{k}": kind for k, kind in enumerate(given.values())}
+    named = {f"_argument_{k}": kind for k, kind in enumerate(kinds.values())}
 
     def call(at: str) -> str:
-        parts = (f"{_taken(kind)}({name}, {at})" for name, kind in given.items())
+        parts = (f"{_taken(kind)}({name}, {at})" for name, kind in named.items())
         return f"function({', '.join(parts)})"
 
     LANE_BY_LANE[function.__name__] = why
     text = f"""
-        def each({", ".join(given)}):
+        def each({", ".join(named)}):
             result = _spread_all({call("0")})
             for at in range(1, {WIDTH}):
                 result = _put_all(result, at, {call("at")})
@@ -73,36 +90,39 @@ def lane_by_lane(function: Callable[..., Any], given: dict[str, Any], why: str) 
 
 
 def _taken(kind: Any) -> str:
-    """What takes out of an argument that which belongs to one lane."""
+    """Return the name of the tool that takes one lane's part out of an argument."""
     return "_row_of" if isinstance(kind, rows.Stacked) else "_of_lane"
 
 
 @cache
 def in_each_lane(function: Callable[..., Any], count: int) -> Callable[..., Any]:
-    """What calls a function of `count` numbers, as math.cos, in each lane."""
+    """Return a stub that calls a function of `count` numbers in each lane."""
     names = [f"value_{k}" for k in range(count)]
     why = "the processor has it for single numbers only"
     return stub(
-        function.__name__, names, lambda given: lane_by_lane(function, given, why)
+        function.__name__, names, lambda kinds: lane_by_lane(function, kinds, why)
     )
 
 
 @cache
 def text_in_each_lane(text: str, count: int) -> Callable[..., Any]:
-    """What computes an expression of `one`, or of `one` and `other`, in each lane."""
-    names = ["one", "other"][:count]
+    """Return a stub that computes an expression in each lane.
+
+    The expression is of `first`, or of `first` and `second`.
+    """
+    names = ["first", "second"][:count]
     plain = function_of(f"def computed({', '.join(names)}): return {text}", {})
     function = numba.njit(**OPTIONS)(plain)
     why = "`**`, `//` and `%` are computed as for single numbers"
-    return stub("computed", names, lambda given: lane_by_lane(function, given, why))
+    return stub("computed", names, lambda kinds: lane_by_lane(function, kinds, why))
 
 
 @cache
 def method_in_each_lane(name: str, count: int) -> Callable[..., Any]:
-    """What calls a method, with `count` numbers, of the generator of each lane."""
+    """Return a stub that calls a method of each lane's generator."""
     names = [f"value_{k}" for k in range(count)]
     listed = ", ".join(names)
     text = f"def {name}(rng, {listed}): return rng.{name}({listed})"
     drawn = numba.njit(**OPTIONS)(function_of(text, {}))
     why = "each lane has its own random numbers"
-    return stub(name, ["rng", *names], lambda given: lane_by_lane(drawn, given, why))
+    return stub(name, ["rng", *names], lambda kinds: lane_by_lane(drawn, kinds, why))

@@ -1,4 +1,4 @@
-"""Pieces of Python's syntax trees, as the conversion for lanes reads and makes them."""
+"""Pieces of Python's syntax trees that the conversion for lanes reads and makes."""
 
 import ast
 import inspect
@@ -8,55 +8,58 @@ from typing import Any
 
 
 def tree_of(function: Callable[..., Any]) -> ast.FunctionDef:
-    """The tree of a plain function's own text."""
+    """Return the tree of a plain function's own text."""
     (tree,) = ast.parse(textwrap.dedent(inspect.getsource(function))).body
     assert isinstance(tree, ast.FunctionDef)
     return tree
 
 
 def names_in(tree: ast.AST) -> set[str]:
-    """All names in a tree."""
-    return {one.id for one in ast.walk(tree) if isinstance(one, ast.Name)}
+    """Return all names in a tree."""
+    return {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
 
 
 def stores_in(*parts: ast.AST) -> Iterator[str]:
-    """The names to which trees give a value, each as often as they do."""
+    """Yield the names that trees assign, once per assignment."""
     for part in parts:
-        for one in ast.walk(part):
-            if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store):
-                yield one.id
+        for node in ast.walk(part):
+            if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+                yield node.id
 
 
 def writes_elements(tree: ast.AST) -> bool:
-    """Whether a tree writes into an array."""
+    """Return whether a tree writes into an array."""
     return any(
-        isinstance(one, ast.Subscript) and isinstance(one.ctx, ast.Store)
-        for one in ast.walk(tree)
+        isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Store)
+        for node in ast.walk(tree)
     )
 
 
 def is_costly(body: Sequence[ast.stmt]) -> bool:
-    """Whether statements divide or call: they are left out where no lane needs them."""
+    """Return whether statements divide or call.
+
+    If so, they are left out where no lane needs them.
+    """
     return any(
-        isinstance(one, ast.Div | ast.Call) for part in body for one in ast.walk(part)
+        isinstance(node, ast.Div | ast.Call) for part in body for node in ast.walk(part)
     )
 
 
 def load(name: str) -> ast.Name:
-    """A name that is read."""
+    """Return a name that is read."""
     return ast.Name(name, ast.Load())
 
 
 def stored(name: str, value: Any) -> ast.stmt:
-    """`name = value`."""
+    """Return the statement `name = value`."""
     return ast.Assign([ast.Name(name, ast.Store())], value)
 
 
 def call_of(name: str, *arguments: Any) -> ast.Call:
-    """A call of one of `kernels.lanes.stubs.TOOLS`."""
+    """Return a call of one of `kernels.lanes.stubs.TOOLS`."""
     return ast.Call(load(f"_{name}"), list(arguments), [])
 
 
 def read_again(target: ast.expr) -> Any:
-    """The target of an assignment as an expression that is read."""
+    """Return the target of an assignment as an expression that is read."""
     return type(target)(**(dict(ast.iter_fields(target)) | {"ctx": ast.Load()}))

@@ -1,12 +1,13 @@
-"""Up to eight flights advanced at once, each with the bits that it has alone.
+"""Up to eight trials at once, each bitwise identical to a trial that runs alone.
 
-A call has two parts. First all flocks take some steps, one in each lane; where they are
-after each step is kept. Then each flight is observed step by step, as a single one is:
-lane after lane, so that only the visits of one map at a time must be near.
+A call has two parts. First all flocks take some steps, one in each lane, and the
+positions after each step are kept. Then each trial is observed step by step, as a
+single one is. This goes lane after lane, so that only one map of visits at a time must
+be near.
 
-Where the numbers of a lane are no longer finite, the first part ends. This lane is
-observed no more, and goes on as another one: what is not finite may lead beyond an
-array, or into a loop without end.
+The first part ends if the numbers of a lane are not finite. This lane is observed no
+more, and continues as a copy of another one. Numbers that are not finite may lead
+beyond an array, or into an endless loop.
 """
 
 from collections.abc import Sequence
@@ -46,48 +47,69 @@ from kernels.settings import METRIC
 from kernels.state import Floats, Flock, World
 
 REFUSALS = NumbaError, NotForLanesError
-"""What a kernel for lanes raises that cannot be compiled."""
-MOST_BOIDS, MOST_FAR_SIGHTED = 200, 110
-"""Every boid looks at everyone, in lanes: larger flocks are faster alone. In processor
-time, eight trials of 256 boids in 1024 cells were 0.98 times as fast as alone, and of
-200 boids in 784 cells 1.11 times. The second number is for searches that look at
-everyone alone too: with 18 cells 100 boids were 1.12 times as fast as alone, 127 boids
-0.96 times and 200 boids 0.91 times.
+"""Exceptions of a kernel for lanes that cannot be compiled."""
+MOST_BOIDS = 200
+"""Most boids per trial in lanes, where every boid looks at all others.
+
+In processor time, eight trials of 256 boids in 1024 cells were 0.98 times as fast as
+alone, and of 200 boids in 784 cells 1.11 times.
 """
-TRAIL_BYTES, TRAIL_VISITS = 2**23, MOST * 3 // 4
-"""What is kept of steps until they are observed, and how many boid-steps of a trial.
-Each trial's map of visits is brought near once for them: 4 MB took 5 ns a boid-step
-more. More boid-steps would leave narrow maps no room.
+MOST_FAR_SIGHTED = 110
+"""Most boids if a trial alone looks at all others too.
+
+With 18 cells 100 boids were 1.12 times as fast as alone, 127 boids 0.96 times and 200
+boids 0.91 times.
 """
+TRAIL_BYTES = 2**23
+"""Bytes of steps that are kept until they are observed.
+
+Each trial's map of visits is brought near once for them: 4 MB took 5 ns more per
+boid-step.
+"""
+TRAIL_VISITS = MOST * 3 // 4
+"""Boid-steps per trial that are kept; more would leave narrow maps no room."""
 MANY_PIXELS = 16
-"""To make a narrow map takes about 1 ns a pixel, and saves some 20 ns a boid-step."""
+"""Most pixels per boid-step of a narrow map.
+
+To make such a map takes about 1 ns per pixel, and saves some 20 ns per boid-step.
+"""
 FIELDS = len(Flock._fields)
 PREVIOUS = FIELDS - 2
-"""The first of the velocities before a step, which are the last fields of a flock."""
+"""Index of the first velocities before a step, the last fields of a flock."""
 HEADINGS = 2 * FIELDS
-"""The first of the headings, which follow two flocks."""
+"""Index of the first of the headings, which follow two flocks."""
 FINITE, NOT_FINITE, FORGETFUL = range(3)
 
 
 def can_fly_together(model: Model, n: int, share: float) -> bool:
-    """Whether flights of a model, of `n` boids each, may fly in lanes, and are faster
-    so. `share` is the part of the world that a search looks through alone.
+    """Return whether trials of a model may run in lanes, and are faster so.
+
+    Parameters
+    ----------
+    model : Model
+    n : int
+        Number of boids per trial.
+    share : float
+        Fraction of the world that a search reads if the trial runs alone.
     """
     most = MOST_FAR_SIGHTED if share * CROWDED >= 1.0 else MOST_BOIDS
     return n <= most and not model.state and not is_noted_alone(model.advance)
 
 
 def is_kept_for_lanes(model: Model) -> bool:
-    """Whether the kernel of a model for lanes is compiled already."""
+    """Return whether the kernel of a model for lanes is compiled already."""
     kernels = (kernel_of(model, alike) for alike in (True, False))
     return any(map(is_kept, kernels))
 
 
 class Room(NamedTuple):
-    """The memory of a kernel for lanes, of N boids: `bodies` (14, N, WIDTH) has the
-    flock, the flock before a step, and the headings; `ways` (4, N + 1, WIDTH), `who`
-    and `marks` (N + 1,) are for neighbours; `weights` (P, WIDTH); `trail` (WIDTH, 1 +
-    S, 4, M) with `late` (1,), see kernels.lanes.kernel; `counted` (N_EVENTS, WIDTH).
+    """Memory of a kernel for lanes, for N boids.
+
+    `bodies` (14, N, WIDTH) has the flock, the flock before a step, and the headings.
+    `ways` (4, N + 1, WIDTH), `who` and `marks` (N + 1,) are for neighbours. `weights`
+    is (P, WIDTH). `trail` (WIDTH, 1 + S, 4, M), `late` (1,) and `finite` (S,) are those
+    of `kernels.lanes.kernel.LanesRecord`. `counted` (S * N_EVENTS, WIDTH) has the
+    events of each step, and `events` (N_EVENTS, WIDTH) those of the current one.
     """
 
     bodies: NDArray[np.float64]
@@ -103,11 +125,11 @@ class Room(NamedTuple):
 
 
 class Formation:
-    """Flights of one model that differ in their start, their random numbers, their
-    weights and perhaps their obstacles.
+    """Trials of one model that run together.
 
-    Flights that are missing to WIDTH are made up by the first one once more, which
-    nobody observes.
+    They differ in their start, their random numbers, their weights and perhaps their
+    obstacles. Copies of the first trial, which nobody observes, fill up the WIDTH
+    lanes.
     """
 
     def __init__(self, flights: Sequence[Flight]) -> None:
@@ -116,55 +138,61 @@ class Formation:
         first = flights[0]
         self._lanes = [*flights, *[first] * (WIDTH - len(flights))]
         names = weights_of(first.model)
-        if len({one.work.kind.tobytes() for one in flights}) > 1:
+        if len({flight.work.kind.tobytes() for flight in flights}) > 1:
             raise ValueError("flights differ in the kinds of their boids")
-        if any(one.work.near.topology.kind != METRIC for one in flights):
+        if any(flight.work.near.topology.kind != METRIC for flight in flights):
             raise ValueError("boids do not interact with all in sight")
-        if any(one.work.near.senses is not None for one in flights):
+        if any(flight.work.near.senses is not None for flight in flights):
             raise ValueError("boids do not know all that they see")
-        if any(one.work.motion is not None for one in flights):
+        if any(flight.work.motion is not None for flight in flights):
             raise NotForLanesError("obstacles move")
         self._publishes = calls(first.model.advance, publish)
-        alike = all(one.scenery is first.scenery for one in flights)
+        alike = all(flight.scenery is first.scenery for flight in flights)
         self._kernel = kernel_of(first.model, alike)
         n = first.flock.x.size
-        whole = -(-n // WIDTH) * WIDTH
+        padded = -(-n // WIDTH) * WIDTH
         self._most = max(
-            1, min(TRAIL_BYTES // (4 * whole * WIDTH * 8), TRAIL_VISITS // n)
+            1, min(TRAIL_BYTES // (4 * padded * WIDTH * 8), TRAIL_VISITS // n)
         )
+        weights = [
+            [getattr(flight.params, name) for flight in self._lanes] for name in names
+        ]
         self._rows = Room(
-            _aligned(2 * FIELDS + 2, whole)[:, :n],
-            _aligned(4, n + 1),
-            np.zeros(n + 1, np.uint32),
-            np.zeros(n + 1, np.uint8),
-            np.array(
-                [[getattr(one.params, name) for one in self._lanes] for name in names],
-                np.float64,
-            ).reshape(-1, WIDTH),
-            np.zeros((WIDTH, 1 + self._most, 4, whole)),
-            np.zeros(1, np.int64),
-            np.zeros((self._most * N_EVENTS, WIDTH), np.int64),
-            np.zeros(self._most, np.uint8),
-            np.zeros((N_EVENTS, WIDTH), np.int64),
+            bodies=_aligned(2 * FIELDS + 2, padded)[:, :n],
+            ways=_aligned(4, n + 1),
+            who=np.zeros(n + 1, np.uint32),
+            marks=np.zeros(n + 1, np.uint8),
+            weights=np.array(weights, np.float64).reshape(-1, WIDTH),
+            trail=np.zeros((WIDTH, 1 + self._most, 4, padded)),
+            late=np.zeros(1, np.int64),
+            counted=np.zeros((self._most * N_EVENTS, WIDTH), np.int64),
+            finite=np.zeros(self._most, np.uint8),
+            events=np.zeros((N_EVENTS, WIDTH), np.int64),
         )
         reach = first.model.sight(first.params).range
         self._places = build_places(n, reach)
         self._scenery = first.scenery
         if not alike:
-            self._scenery = _joint([one.scenery for one in self._lanes])
+            self._scenery = _joint([flight.scenery for flight in self._lanes])
         self._marks = _marks_of(flights, alike)
         self._enter()
 
     @property
     def steps_at_once(self) -> int:
-        """How many steps a call may take."""
+        """Most steps of a call."""
         first = self.flights[0]
         free = len(first.record.frames.step) - first.filled - 1
         return min(self._most, max(0, free * first.record.every))
 
     def advance(self, rngs: Sequence[Generator], steps: int) -> None:
-        """Take so many steps, at most `steps_at_once`; `going` says which flights have
-        finite numbers. `rngs` are those of the WIDTH lanes.
+        """Take steps; then `going` tells which trials have finite numbers.
+
+        Parameters
+        ----------
+        rngs : sequence of Generator
+            Generators of the WIDTH lanes.
+        steps : int
+            Number of steps, at most `steps_at_once`.
         """
         while steps > 0 and any(self.going):
             taken = self._take_steps(rngs, steps)
@@ -176,12 +204,14 @@ class Formation:
             steps -= taken
 
     def _take_steps(self, rngs: Sequence[Generator], steps: int) -> int:
-        """Take at most so many steps, and return how many. It ends after one in which
-        the numbers of a lane are not finite.
+        """Take at most `steps` steps, and return how many.
+
+        It ends after a step in which the numbers of a lane are not finite.
         """
-        rows, first = self._rows, self.flights[0]
+        rows = self._rows
+        first = self.flights[0]
         rows.late[0] = 0
-        self._fly(
+        arguments = (
             rows,
             self._scenery.world,
             first.params,
@@ -192,6 +222,7 @@ class Formation:
             Each(*rngs),
             steps,
         )
+        self._fly(*arguments)
         taken = int(rows.late[0])
         is_all = taken == steps
         if not (is_all or (0 < taken < steps and rows.finite[taken - 1] != ALL)):
@@ -199,28 +230,28 @@ class Formation:
         return taken
 
     def _observe(self, lane: int, flight: Flight, steps: int) -> bool:
-        """Observe the last steps of a lane; False where its numbers are not finite."""
+        """Observe the last steps of a lane; return whether its numbers are finite."""
         work = flight.work
         self._make_room(lane, steps * flight.schedule.n)
         marks = self._marks[lane]
-        found = _observe_all(
+        outcome = _observe_all(
             flight.flock,
             flight.scenery.world,
             flight.record._replace(coverage=marks.coverage),
             marks,
-            self._rows,
-            lane,
-            steps,
-            (work.heading_x, work.heading_y),
+            room=self._rows,
+            lane=lane,
+            steps=steps,
+            headings=(work.heading_x, work.heading_y),
         )
         if self._publishes:
             work.robots.clock[:] = flight.step
-        if found == FORGETFUL:
+        if outcome == FORGETFUL:
             raise RuntimeError("a model does not keep the velocities before a step")
-        return bool(found == FINITE)
+        return bool(outcome == FINITE)
 
     def _replace_lost(self, finite: int) -> None:
-        """Let lanes whose numbers are not finite go on as one whose numbers are."""
+        """Replace lanes whose numbers are not finite by a lane whose numbers are."""
         fit = [lane for lane in range(WIDTH) if finite >> lane & 1]
         lost = set(range(WIDTH)) - set(fit) if fit else set[int]()
         for lane in lost:
@@ -230,16 +261,17 @@ class Formation:
             self._rows.weights[:, lane] = self._rows.weights[:, fit[0]]
 
     def _stacks(self) -> list[NDArray[Any]]:
-        """The arrays (WIDTH, ...) of lanes that differ in their obstacles."""
-        there = self._scenery
-        if there is self.flights[0].scenery:
+        """Return the arrays (WIDTH, ...) of lanes that differ in their obstacles."""
+        scenery = self._scenery
+        if scenery is self.flights[0].scenery:
             return []
-        parts = (*there.world, *there.reach, *there.occupancy)
-        return [one for one in parts if isinstance(one, np.ndarray)]
+        parts = (*scenery.world, *scenery.reach, *scenery.occupancy)
+        return [part for part in parts if isinstance(part, np.ndarray)]
 
     def _fly(self, *arguments: Any) -> None:
-        """Call the kernel. One that cannot be compiled is noted, so that no other
-        process tries it.
+        """Call the kernel.
+
+        A kernel that cannot be compiled is noted, so that no other process tries it.
         """
         try:
             self._kernel(*arguments)
@@ -248,14 +280,15 @@ class Formation:
             raise
 
     def land(self) -> None:
-        """Bring the visits into the flights' records."""
+        """Write the visits into the records of the trials."""
         for flight, marks in zip(self.flights, self._marks, strict=True):
             if marks.is_narrow:
                 flight.record = flight.record._replace(coverage=widened(marks))
 
     def _make_room(self, lane: int, visits: int) -> None:
-        """Let a map have room for so many more visits of one pixel."""
-        marks, flight = self._marks[lane], self.flights[lane]
+        """Ensure that a map has room for `visits` more visits of one pixel."""
+        marks = self._marks[lane]
+        flight = self.flights[lane]
         if marks.is_narrow and room_left(marks) < visits:
             flight.record = flight.record._replace(coverage=widened(marks))
             self._marks[lane] = wide_marks(flight.record.coverage)
@@ -276,8 +309,9 @@ class Formation:
 
 
 def _marks_of(flights: Sequence[Flight], alike: bool) -> list[Marks]:
-    """Marks on narrow maps; on maps as single flights have them where few pixels are
-    visited.
+    """Return marks on narrow maps.
+
+    They are on maps as single trials have them if few pixels are visited.
     """
     schedule = flights[0].schedule
     coverages = [flight.record.coverage for flight in flights]
@@ -290,7 +324,7 @@ def _marks_of(flights: Sequence[Flight], alike: bool) -> list[Marks]:
 
 
 def _aligned(*shape: int) -> NDArray[np.float64]:
-    """Zeros (*shape, WIDTH) that begin where a vector may."""
+    """Return zeros (*shape, WIDTH) at an address where a vector may begin."""
     size = int(np.prod(shape)) * WIDTH
     room = np.zeros(size + WIDTH)
     skipped = -(room.ctypes.data // 8) % WIDTH
@@ -298,34 +332,36 @@ def _aligned(*shape: int) -> NDArray[np.float64]:
 
 
 def _joint(sceneries: Sequence[Scenery]) -> Scenery:
-    """The sceneries of lanes that differ in their obstacles: the arrays of all (WIDTH,
-    ...), filled up with zeros which nothing reads. Raises ValueError where something
-    else differs.
+    """Return the sceneries of lanes that differ in their obstacles, as one.
+
+    Its arrays are (WIDTH, ...), filled up with zeros which nothing reads. Raises
+    ValueError, or NotForLanesError for polygons, if the sceneries differ in another
+    way.
     """
     first = sceneries[0]
-    if any(one.world.corners is not None for one in sceneries):
+    if any(scenery.world.corners is not None for scenery in sceneries):
         raise NotForLanesError("flights differ in their polygons")
-    if len({one.world.obstacle_x.size for one in sceneries}) > 1:
+    if len({scenery.world.obstacle_x.size for scenery in sceneries}) > 1:
         raise ValueError("flights differ in the number of their obstacles")
     return first._replace(
-        world=_stacked([one.world for one in sceneries]),
-        reach=_stacked([one.reach for one in sceneries]),
-        occupancy=_stacked([one.occupancy for one in sceneries]),
+        world=_stacked([scenery.world for scenery in sceneries]),
+        reach=_stacked([scenery.reach for scenery in sceneries]),
+        occupancy=_stacked([scenery.occupancy for scenery in sceneries]),
     )
 
 
 def _stacked(parts: Sequence[Any]) -> Any:
-    made = {}
+    stacks = {}
     for name, values in zip(parts[0]._fields, zip(*parts, strict=True), strict=True):
         if isinstance(values[0], np.ndarray):
             shape = WIDTH, max(map(len, values)), *values[0].shape[1:]
-            whole = np.zeros(shape, values[0].dtype)
-            for row, value in zip(whole, values, strict=True):
+            stack = np.zeros(shape, values[0].dtype)
+            for row, value in zip(stack, values, strict=True):
                 row[: len(value)] = value
-            made[name] = whole
+            stacks[name] = stack
         elif any(value != values[0] for value in values):
             raise ValueError(f"flights differ in the {name} of their sceneries")
-    return parts[0]._replace(**made)
+    return parts[0]._replace(**stacks)
 
 
 @jit
@@ -339,17 +375,25 @@ def _observe_all(
     steps: int,
     headings: tuple[Floats, Floats],
 ) -> int:
-    """Observe the steps of one lane, as kernels.recording.observe does, and keep its
-    headings. NOT_FINITE after the first step of which that is true; FORGETFUL where the
-    model has not kept the velocities before the last step.
+    """Observe the steps of one lane, and keep its headings.
+
+    It does the same as kernels.recording.observe. It returns NOT_FINITE after the first
+    step whose numbers are not finite. It returns FORGETFUL if the model has not kept
+    the velocities before the last step.
     """
     n = flock.x.size
     trail = room.trail[lane]
     for step in range(steps):
         record.progress[STEP] += 1
-        here, last = trail[step + 1], trail[step]
+        here = trail[step + 1]
+        last = trail[step]
         after = Flock(
-            here[0, :n], here[1, :n], here[2, :n], here[3, :n], last[2, :n], last[3, :n]
+            x=here[0, :n],
+            y=here[1, :n],
+            vx=here[2, :n],
+            vy=here[3, :n],
+            previous_vx=last[2, :n],
+            previous_vy=last[3, :n],
         )
         finite = (room.finite[step] >> lane) & 1 == 1
         if not finite or step == steps - 1:
@@ -364,9 +408,9 @@ def _observe_all(
             record.watch.events[k] += room.counted[step * N_EVENTS + k, lane]
         count(after, world, record.watch, record.progress[STEP])
         keep_frame(after, record)
-    kept = True
+    is_kept = True
     for k in range(2):
         for i in range(n):
-            kept &= flock[PREVIOUS + k][i] == room.bodies[PREVIOUS + k, i, lane]
+            is_kept &= flock[PREVIOUS + k][i] == room.bodies[PREVIOUS + k, i, lane]
             headings[k][i] = room.bodies[HEADINGS + k, i, lane]
-    return FINITE if kept else FORGETFUL
+    return FINITE if is_kept else FORGETFUL

@@ -1,8 +1,8 @@
 """Numbers of eight trials at once, as numba types: one number of each trial in each.
 
-`LANES` holds floats, `WHOLE` integers and `MASK` truth values. They have the arithmetic
-that the numbers have, lane by lane and with the same bits: LLVM computes vectors by the
-rules of IEEE 754 too, and splits those that are wider than the processor's. A number
+`LANES` holds floats, `WHOLE` integers and `MASK` truth values. Their arithmetic is that
+of numbers, lane by lane and bitwise identical. LLVM computes vectors by the rules of
+IEEE 754 too, and splits vectors that are wider than those of the processor. A number
 that is the same in all lanes stays a number until it meets a vector.
 """
 
@@ -25,31 +25,53 @@ from kernels.lanes.texts import function_of
 
 WIDTH = 8
 OPTIONS: Any = {"forceinline": True, "_nrt": False, "error_model": "numpy"}
-"""What is compiled within a kernel, as `kernels.jit` has it."""
+"""Options of functions that are compiled within a kernel, as in `kernels.jit`."""
 intrinsic: Any = extending.intrinsic
-"""numba's own: it says of an intrinsic that calls give it a context, which they do not.
+"""numba's `intrinsic`, without its type.
+
+By its type, calls of an intrinsic pass a context, which they do not.
 """
 INDEX = ir.IntType(32)
 
 
 class Vector(types.Type):
-    """WIDTH numbers of one kind."""
+    """Type of WIDTH numbers of one kind."""
 
     def __init__(self, name: str, number: Any, bits: Any) -> None:
-        self.number, self.bits = number, bits
+        self.number = number
+        self.bits = bits
         super().__init__(name)
 
     @property
     def llvm(self) -> Any:
+        """Type of LLVM."""
         return ir.VectorType(self.bits, WIDTH)
 
     def unify(self, _context: Any, other: Any) -> "Vector | None":
-        """The type of a variable that is this or `other`."""
+        """Return the type of a variable that is of this type or of `other`.
+
+        Parameters
+        ----------
+        _context : numba context
+        other : type
+
+        Returns
+        -------
+        Vector or None
+            None if `other` is no type of numbers.
+        """
         if not is_number(other):
             return None
         return max(self, vector_of(other), key=(MASK, WHOLE, LANES).index)
 
     def can_convert_from(self, _context: Any, other: Any) -> Any:
+        """Return how `other` converts to this type; None if it does not.
+
+        Parameters
+        ----------
+        _context : numba context
+        other : type
+        """
         if is_number(other) and self.unify(None, other) is self:
             return Conversion.safe
         return None
@@ -61,7 +83,7 @@ MASK = Vector("mask of lanes", types.boolean, ir.IntType(1))
 
 
 class Found(types.Type):
-    """How many neighbours a boid has in each lane, and who is one in any of them."""
+    """Type of the neighbours of a boid: their number per lane, and a list of all."""
 
     def __init__(self) -> None:
         super().__init__("neighbours found in lanes")
@@ -70,28 +92,28 @@ class Found(types.Type):
 FOUND = Found()
 
 
-def varies(one: Any) -> bool:
-    """Whether a type is that of a number which each lane has for itself."""
-    return isinstance(one, Vector | Found)
+def varies(kind: Any) -> bool:
+    """Return whether each lane has its own number of this type."""
+    return isinstance(kind, Vector | Found)
 
 
-def is_number(one: Any) -> bool:
-    """Whether a type is that of a number, a truth value, or several."""
-    return isinstance(one, Vector | Found | types.Number | types.Boolean)
+def is_number(kind: Any) -> bool:
+    """Return whether a type is that of a number or truth value, or a vector."""
+    return isinstance(kind, Vector | Found | types.Number | types.Boolean)
 
 
-def is_truth(one: Any) -> bool:
-    """Whether a type is that of a truth value, or several."""
-    return one is MASK or isinstance(one, types.Boolean)
+def is_truth(kind: Any) -> bool:
+    """Return whether a type is that of a truth value, or a mask."""
+    return kind is MASK or isinstance(kind, types.Boolean)
 
 
-def vector_of(one: Any) -> Vector:
-    """The type of several such numbers."""
-    if isinstance(one, Vector):
-        return one
-    if isinstance(one, types.Float):
+def vector_of(kind: Any) -> Vector:
+    """Return the type of a vector of numbers of a type."""
+    if isinstance(kind, Vector):
+        return kind
+    if isinstance(kind, types.Float):
         return LANES
-    return WHOLE if isinstance(one, types.Integer | Found) else MASK
+    return WHOLE if isinstance(kind, types.Integer | Found) else MASK
 
 
 @register_default(Found)
@@ -104,8 +126,8 @@ class _FoundModel(models.StructModel):
 
 @lower_cast(Found, Vector)
 def _count(context: Any, builder: Any, kind: Found, to: Vector, value: Any) -> Any:
-    found = cgutils.create_struct_proxy(kind)(context, builder, value=value)
-    return context.cast(builder, found.count, WHOLE, to)
+    neighbours = cgutils.create_struct_proxy(kind)(context, builder, value=value)
+    return context.cast(builder, neighbours.count, WHOLE, to)
 
 
 @register_default(Vector)
@@ -117,7 +139,7 @@ class _VectorModel(models.PrimitiveModel):
 @lower_cast(types.Number, Vector)
 @lower_cast(types.Boolean, Vector)
 def _spread(context: Any, builder: Any, kind: Any, to: Vector, value: Any) -> Any:
-    """One number in all lanes."""
+    """Return a vector with one number in all lanes."""
     value = context.cast(builder, value, kind, to.number)
     if value.type != to.bits:
         value = builder.trunc(value, to.bits)
@@ -141,8 +163,10 @@ def _defines(
     result: Callable[[tuple[Any, ...]], Any],
     codes: dict[Vector, Callable[..., Any]],
 ) -> None:
-    """Give `function` a meaning for vectors. `result` is the type of what it returns
-    and the type to which its arguments are brought, from their types.
+    """Give `function` a meaning for vectors.
+
+    From the types of the arguments, `result` returns two types: that of the result, and
+    that to which the arguments are cast. `codes` has the code for each of the latter.
     """
 
     @infer_global(function)
@@ -150,10 +174,10 @@ def _defines(
         def generic(self, arguments: tuple[Any, ...], _named: Any) -> Any:
             if not (any(map(varies, arguments)) and all(map(is_number, arguments))):
                 return None
-            found, joint = result(arguments)
+            returned, joint = result(arguments)
             if joint not in codes:
                 return None
-            return signature(found, *[joint] * len(arguments))
+            return signature(returned, *[joint] * len(arguments))
 
     for kind, code in codes.items():
         for count in (1, 2):
@@ -171,13 +195,13 @@ def _defines(
 
 
 def _joint(arguments: tuple[Any, ...]) -> Vector:
-    """The type in which Python computes with numbers of these types."""
-    found = max(map(vector_of, arguments), key=(MASK, WHOLE, LANES).index)
-    return WHOLE if found is MASK else found
+    """Return the type in which Python computes with numbers of these types."""
+    widest = max(map(vector_of, arguments), key=(MASK, WHOLE, LANES).index)
+    return WHOLE if widest is MASK else widest
 
 
-# Of an operator: the type of what it returns, and that to which its arguments are
-# brought, from their types.
+# Each returns two types for an operator, from the types of its arguments: that of the
+# result, and that to which the arguments are cast.
 
 
 def _same(arguments: tuple[Any, ...]) -> tuple[Vector, Vector]:
@@ -199,10 +223,10 @@ def _masks(arguments: tuple[Any, ...]) -> tuple[Any, Any]:
 
 
 def _llvm_function(name: str) -> Callable[..., Any]:
-    """LLVM's own function of this name for vectors of floats."""
+    """Return the code of LLVM's own function for vectors of floats."""
 
     def code(builder: Any, *arguments: Any) -> Any:
-        kind = ir.FunctionType(LANES.llvm, [one.type for one in arguments])
+        kind = ir.FunctionType(LANES.llvm, [argument.type for argument in arguments])
         function = cgutils.get_or_insert_function(
             builder.module, kind, f"llvm.{name}.v{WIDTH}f64"
         )
@@ -212,30 +236,36 @@ def _llvm_function(name: str) -> Callable[..., Any]:
 
 
 def _instruction(name: str) -> Callable[..., Any]:
-    """LLVM's instruction of this name."""
+    """Return the code of LLVM's instruction of this name."""
     return lambda builder, *arguments: getattr(builder, name)(*arguments)
 
 
 def _compared(sign: str) -> dict[Vector, Callable[..., Any]]:
-    """As Python does: NaN is unequal to all numbers, and neither less nor more."""
+    """Return the code of a comparison by type, as Python compares.
 
-    def floats(builder: Any, one: Any, other: Any) -> Any:
+    NaN is unequal to all numbers, and neither less nor more.
+    """
+
+    def floats(builder: Any, first: Any, second: Any) -> Any:
         kind = builder.fcmp_unordered if sign == "!=" else builder.fcmp_ordered
-        return kind(sign, one, other)
+        return kind(sign, first, second)
 
-    def whole(builder: Any, one: Any, other: Any) -> Any:
-        return builder.icmp_signed(sign, one, other)
+    def integers(builder: Any, first: Any, second: Any) -> Any:
+        return builder.icmp_signed(sign, first, second)
 
-    return {LANES: floats, WHOLE: whole}
+    return {LANES: floats, WHOLE: integers}
 
 
 def _extreme(sign: str) -> dict[Vector, Callable[..., Any]]:
-    """As Python does: the first argument, unless the second is beyond it."""
+    """Return the code of `max` or `min` by type, as Python computes them.
+
+    It is the first argument, unless the second is beyond it.
+    """
     codes = _compared(sign)
 
     def chosen(kind: Vector) -> Callable[..., Any]:
-        def code(builder: Any, one: Any, other: Any) -> Any:
-            return builder.select(codes[kind](builder, other, one), other, one)
+        def code(builder: Any, first: Any, second: Any) -> Any:
+            return builder.select(codes[kind](builder, second, first), second, first)
 
         return code
 
@@ -289,39 +319,40 @@ for _operators, _name in (
 
 @intrinsic
 def spread(_context: Any, value: Any) -> Any:
-    """The vector of a number, the same in all lanes; a vector stays what it is."""
+    """Return the vector of a number, the same in all lanes; keep a vector."""
     kind = vector_of(value)
 
-    def code(context: Any, builder: Any, given: Any, arguments: Any) -> Any:
-        return context.cast(builder, arguments[0], given.args[0], kind)
+    def code(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        return context.cast(builder, arguments[0], sig.args[0], kind)
 
     return signature(kind, value), code
 
 
 def _brought_to(kind: Vector) -> Any:
-    """The intrinsic that gives a vector another kind of numbers."""
+    """Return the intrinsic that casts a vector to another kind of numbers."""
 
     def brought(_context: Any, value: Any) -> Any:
-        def code(context: Any, builder: Any, given: Any, arguments: Any) -> Any:
-            return context.cast(builder, arguments[0], given.args[0], kind)
+        def code(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+            return context.cast(builder, arguments[0], sig.args[0], kind)
 
         return signature(kind, value), code
 
     return intrinsic(brought)
 
 
-_floats_of, _whole_of = _brought_to(LANES), _brought_to(WHOLE)
+_floats_of = _brought_to(LANES)
+_whole_of = _brought_to(WHOLE)
 
 
 @intrinsic
-def _select(context: Any, mask: Any, one: Any, other: Any) -> Any:
-    kind = context.unify_types(one, other) if one != other else one
+def _select(context: Any, mask: Any, value: Any, otherwise: Any) -> Any:
+    kind = context.unify_types(value, otherwise) if value != otherwise else value
     kind = vector_of(kind)
 
-    def code(context: Any, builder: Any, given: Any, arguments: Any) -> Any:
-        _, first, second = given.args
+    def code(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        _, first, second = sig.args
         test = arguments[0]
-        if not isinstance(given.args[0], Vector):
+        if not isinstance(sig.args[0], Vector):
             test = builder.trunc(test, MASK.bits) if test.type != MASK.bits else test
         return builder.select(
             test,
@@ -329,30 +360,48 @@ def _select(context: Any, mask: Any, one: Any, other: Any) -> Any:
             context.cast(builder, arguments[2], second, kind),
         )
 
-    return signature(kind, mask, one, other), code
+    return signature(kind, mask, value, otherwise), code
 
 
 @intrinsic
 def lane(_context: Any, vector: Any, at: Any) -> Any:
-    """The number of the lane `at`; a number is the same in all lanes."""
+    """Return the number of one lane; a number is the same in all lanes.
 
-    def code(context: Any, builder: Any, given: Any, arguments: Any) -> Any:
-        if not isinstance(given.args[0], Vector):
+    Parameters
+    ----------
+    _context : numba context
+    vector : Vector or number
+    at : int
+        Index of the lane.
+    """
+
+    def code(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        if not isinstance(sig.args[0], Vector):
             return arguments[0]
-        index = context.cast(builder, arguments[1], given.args[1], types.int32)
+        index = context.cast(builder, arguments[1], sig.args[1], types.int32)
         return builder.extract_element(arguments[0], index)
 
-    found = vector.number if isinstance(vector, Vector) else vector
-    return signature(found, vector, at), code
+    kind = vector.number if isinstance(vector, Vector) else vector
+    return signature(kind, vector, at), code
 
 
 @intrinsic
 def put(_context: Any, vector: Any, at: Any, number: Any) -> Any:
-    """`vector` with another number in the lane `at`."""
+    """Return a vector with another number in one lane.
 
-    def code(context: Any, builder: Any, given: Any, arguments: Any) -> Any:
-        index = context.cast(builder, arguments[1], given.args[1], types.int32)
-        value = context.cast(builder, arguments[2], given.args[2], vector.number)
+    Parameters
+    ----------
+    _context : numba context
+    vector : Vector
+    at : int
+        Index of the lane.
+    number : number
+        New number of the lane.
+    """
+
+    def code(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        index = context.cast(builder, arguments[1], sig.args[1], types.int32)
+        value = context.cast(builder, arguments[2], sig.args[2], vector.number)
         if value.type != vector.bits:
             value = builder.trunc(value, vector.bits)
         return builder.insert_element(arguments[0], value, index)
@@ -361,15 +410,15 @@ def put(_context: Any, vector: Any, at: Any, number: Any) -> Any:
 
 
 def _read_as(of_vectors: Vector, of_numbers: Any) -> Any:
-    """The intrinsic that reads the bits of a number, or of several, as another kind."""
+    """Return the intrinsic that reads the bits of numbers as another kind."""
 
     def read(_context: Any, value: Any) -> Any:
         kind = of_vectors if varies(value) else of_numbers
         before = LANES if of_vectors is WHOLE else WHOLE
         plain = before if varies(value) else before.number
 
-        def code(context: Any, builder: Any, given: Any, arguments: Any) -> Any:
-            number = context.cast(builder, arguments[0], given.args[0], plain)
+        def code(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+            number = context.cast(builder, arguments[0], sig.args[0], plain)
             return builder.bitcast(number, context.get_value_type(kind))
 
         return signature(kind, value), code
@@ -377,12 +426,14 @@ def _read_as(of_vectors: Vector, of_numbers: Any) -> Any:
     return intrinsic(read)
 
 
-number_bits, bits_number = _read_as(WHOLE, types.int64), _read_as(LANES, types.float64)
-"""The bits of floats as integers, and the other way round."""
+number_bits = _read_as(WHOLE, types.int64)
+"""Bits of floats as integers."""
+bits_number = _read_as(LANES, types.float64)
+"""Floats of bits that are integers."""
 
 
 def looked_up(table: Any, k: Any) -> Any:
-    """The entry of a table, for each lane its own."""
+    """Return the entry of a table at `k`, for each lane its own."""
     return table[k]
 
 
@@ -392,19 +443,19 @@ def _looked_up(_table: Any, k: Any) -> Any:
         return lambda _table, k: _table[k]
 
     def each(_table: Any, k: Any) -> Any:
-        found = spread(_table[lane(k, 0)])
+        entries = spread(_table[lane(k, 0)])
         for at in range(1, WIDTH):
-            found = put(found, at, _table[lane(k, at)])
-        return found
+            entries = put(entries, at, _table[lane(k, at)])
+        return entries
 
     return each
 
 
 @intrinsic
 def in_any(_context: Any, mask: Any) -> Any:
-    """Whether a mask is true in any lane."""
+    """Return whether a mask is true in any lane."""
 
-    def code(_context: Any, builder: Any, _given: Any, arguments: Any) -> Any:
+    def code(_context: Any, builder: Any, _sig: Any, arguments: Any) -> Any:
         bits = builder.bitcast(arguments[0], ir.IntType(WIDTH))
         return builder.icmp_unsigned("!=", bits, ir.Constant(bits.type, 0))
 
@@ -413,9 +464,9 @@ def in_any(_context: Any, mask: Any) -> Any:
 
 @intrinsic
 def bits_of(_context: Any, mask: Any) -> Any:
-    """A mask as a byte."""
+    """Return a mask as a byte."""
 
-    def code(_context: Any, builder: Any, _given: Any, arguments: Any) -> Any:
+    def code(_context: Any, builder: Any, _sig: Any, arguments: Any) -> Any:
         return builder.bitcast(arguments[0], ir.IntType(WIDTH))
 
     return signature(types.uint8, mask), code
@@ -423,58 +474,67 @@ def bits_of(_context: Any, mask: Any) -> Any:
 
 @intrinsic
 def mask_of(_context: Any, bits: Any) -> Any:
-    """The mask of a byte."""
+    """Return the mask of a byte."""
 
-    def code(_context: Any, builder: Any, _given: Any, arguments: Any) -> Any:
+    def code(_context: Any, builder: Any, _sig: Any, arguments: Any) -> Any:
         return builder.bitcast(arguments[0], MASK.llvm)
 
     return signature(MASK, types.uint8), code
 
 
-def where(test: Any, one: Any, other: Any) -> Any:
-    """`one` in lanes in which `test` is true, else `other`; tuples part by part."""
-    return one if test else other
+def where(test: Any, value: Any, otherwise: Any) -> Any:
+    """Select by lanes; tuples are selected part by part.
+
+    Parameters
+    ----------
+    test : bool or mask
+    value : number, Vector or tuple
+        Result in lanes in which `test` is true.
+    otherwise : number, Vector or tuple
+        Result in all other lanes.
+    """
+    return value if test else otherwise
 
 
 @overload(where, jit_options=OPTIONS, strict=False)
-def _where(test: Any, one: Any, other: Any) -> Any:
+def _where(test: Any, value: Any, otherwise: Any) -> Any:
     if varies(test) and test is not MASK:
         return None
-    if isinstance(one, types.BaseTuple):
-        parts = (f"where(test, one[{k}], other[{k}])" for k in range(len(one)))
-        text = f"def chosen(test, one, other): return ({', '.join(parts)},)"
+    if isinstance(value, types.BaseTuple):
+        parts = (f"where(test, value[{k}], otherwise[{k}])" for k in range(len(value)))
+        text = f"def chosen(test, value, otherwise): return ({', '.join(parts)},)"
         return function_of(text, {"where": where})
-    if any(isinstance(kind, Vector) for kind in (test, one, other)):
-        return lambda test, one, other: _select(test, one, other)
-    return lambda test, one, other: one if test else other
+    if any(isinstance(kind, Vector) for kind in (test, value, otherwise)):
+        return lambda test, value, otherwise: _select(test, value, otherwise)
+    return lambda test, value, otherwise: value if test else otherwise
 
 
-def both(one: Any, other: Any) -> Any:
-    """`one and other`, of which both are computed."""
-    return one and other
+def both(first: Any, second: Any) -> Any:
+    """Return `first and second`; both are computed."""
+    return first and second
 
 
 @overload(both, jit_options=OPTIONS, strict=False)
-def _both(one: Any, other: Any) -> Any:
-    if not (is_truth(one) and is_truth(other)):
+def _both(first: Any, second: Any) -> Any:
+    if not (is_truth(first) and is_truth(second)):
         return None
-    return lambda one, other: one & other
+    return lambda first, second: first & second
 
 
-def either(one: Any, other: Any) -> Any:
-    """`one or other`, of which both are computed."""
-    return one or other
+def either(first: Any, second: Any) -> Any:
+    """Return `first or second`; both are computed."""
+    return first or second
 
 
 @overload(either, jit_options=OPTIONS, strict=False)
-def _either(one: Any, other: Any) -> Any:
-    if not (is_truth(one) and is_truth(other)):
+def _either(first: Any, second: Any) -> Any:
+    if not (is_truth(first) and is_truth(second)):
         return None
-    return lambda one, other: one | other
+    return lambda first, second: first | second
 
 
 def negated(test: Any) -> Any:
-    """`not test`."""
+    """Return `not test`."""
     return not test
 
 
@@ -488,7 +548,7 @@ def _negated(test: Any) -> Any:
 
 
 def as_float(value: Any) -> Any:
-    """`float(value)`."""
+    """Return `float(value)`."""
     return float(value)
 
 
@@ -500,7 +560,7 @@ def _as_float(value: Any) -> Any:
 
 
 def as_int(value: Any) -> Any:
-    """`int(value)` of a truth value or an integer."""
+    """Return `int(value)` of a truth value or an integer."""
     return int(value)
 
 
@@ -514,7 +574,7 @@ def _as_int(value: Any) -> Any:
 
 
 def as_bool(value: Any) -> Any:
-    """`bool(value)`."""
+    """Return `bool(value)`."""
     return bool(value)
 
 
@@ -528,7 +588,7 @@ def _as_bool(value: Any) -> Any:
 
 
 def any_lane(test: Any) -> Any:
-    """Whether a test is true in any lane."""
+    """Return whether a test is true in any lane."""
     return test
 
 

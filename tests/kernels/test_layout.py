@@ -87,8 +87,8 @@ def laid_out(
 
 def found(layout: Arrangement, large: dict[str, Any], trial: int) -> Any:
     """What a kernel sees of a flight."""
-    given = {f"given{k}": one for k, one in enumerate(layout.given)}
-    alike = {f"alike{k}": one for k, one in enumerate(layout.alike)}
+    given = {f"given{k}": one for k, one in enumerate(layout.common_integers)}
+    alike = {f"alike{k}": one for k, one in enumerate(layout.common_floats)}
     classes = {f"Class{k}": one for k, one in enumerate(layout.tree.classes)}
     text = f"def seen(trial, count, fact, number):\n    return {layout.text}"
     seen = function_of(text, {"view": view, **given, **alike, **classes, **large})
