@@ -1,20 +1,20 @@
-"""From recorded frames to numbers.
+"""Metrics: kernels that turn recorded frames into numbers.
 
 A metric is a kernel `(frames, filled, ground, observation, values)` that writes one
-number for each of the `filled` first frames into `values`. To add one, write it and
-enter it in METRICS.
+number for each of the `filled` first frames into `values`. To add a metric, write its
+kernel and enter it in METRICS.
 
-Distances are those of the plane, on a torus too: boids that see each other across its
-borders are not near each other here. Velocities are those at the end of a step, which
-patel2023 limits only when it moves.
+Distances are in the plane, in a periodic world too: boids that perceive each other
+across its borders are not near each other here. Velocities are those at the end of a
+step, which patel2023 limits only when it moves.
 
 motion  speed, turns, headings    shape    radius, distances, elongation, turning
 flocks  connected groups          places   obstacles and the goal
-spectrum  how well these hold together
+spectrum  connectivity of the graph of near boids
 energy  the pair potential        counted  coverage, events, integrals over time
 herd    sheep, and their dog
-ground  what a metric is, and what it gets to see
-parts   metrics of one kind of boids, or of those that work
+ground  types: a metric, and its inputs
+parts   metrics of boids of one kind, or of boids that work
 """
 
 from kernels.metrics import (
@@ -45,7 +45,7 @@ _GOAL = Demand(
 
 
 def _of_part(name: str) -> Metric | None:
-    """The metric of a part of the boids, of those in METRICS."""
+    """Return the metric of a part of the boids, of a metric in METRICS."""
     if OF not in name:
         return None
     from kernels.models import MODELS  # which packages may bring
