@@ -1,6 +1,6 @@
-"""What robots of a model can do: measure, hear, be driven, go to several goals, differ.
+"""Abilities of robots: measure, hear, be driven, go to several goals, differ.
 
-A model declares it. A declaration only narrows what the source of the model does: to
+A model declares them. A declaration only narrows what the source of the model does: to
 claim more would give wrong numbers. `sweep check` reports where both differ. Where a
 model declares nothing, the source decides.
 """
@@ -22,7 +22,7 @@ from kernels.state import remember
 
 
 class Abilities(NamedTuple):
-    """What robots of a model can do; each is a field of `Model`.
+    """Abilities of the robots of a model; each is a field of `Model`.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Which parameters a model reads robot by robot, from its text."""
+"""The parameters that a model reads robot by robot, from its source."""
 
 import ast
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -15,18 +15,18 @@ Whose = Literal["robot", "flock"]
 
 
 class Read(NamedTuple):
-    """The parameters that functions read of one robot, and those that they read for the
-    whole flock.
-    """
+    """Parameters that functions read of one robot, and of the whole flock."""
 
     robot: frozenset[str]
     flock: frozenset[str]
 
 
 def parameters_read(model: Model) -> Read:
-    """Which parameters the `advance` of a model reads, itself or by functions of ours
-    that it calls, from what `params_of` gives, and which from what it is given. Flights
-    read some of the flock themselves.
+    """Return the parameters that a model reads robot by robot, and of the flock.
+
+    Its `advance` reads those of a robot from `params_of`, the others from its argument.
+    Functions of ours that it calls count too. Each trial reads some of the flock
+    itself.
     """
     return _read(model.advance)
 
@@ -44,12 +44,12 @@ def _read(advance: Callable[..., bool]) -> Read:
 
 
 def _third(plain: Callable[..., bool]) -> dict[str, Whose]:
-    """What `advance` calls the parameters, which are its third argument."""
+    """Return the name that `advance` gives the parameters, its third argument."""
     return dict.fromkeys(plain.__code__.co_varnames[2:3], "flock")
 
 
 def potential_of(model: Model) -> frozenset[str]:
-    """The parameters on which the pair potential of a model depends."""
+    """Return the parameters on which the pair potential of a model depends."""
     if model.pair_potential is None:
         return frozenset()
     plain = plain_of(model.pair_potential)
@@ -64,9 +64,9 @@ Met = set[tuple[Callable[..., Any], frozenset[tuple[str, Whose]]]]
 def _attributes(
     plain: Callable[..., Any], given: Mapping[str, Whose], met: Met
 ) -> Iterator[tuple[str, Whose]]:
-    """The names of all parameters that a plain function reads, with whose they are,
-    where its arguments `given` are parameters. `met` has the functions that were looked
-    at.
+    """Find the names of all parameters that a plain function reads, and whose they are.
+
+    Its arguments in `known` are parameters. `met` has the functions that were visited.
     """
     key = plain, frozenset(given.items())
     if key in met:
@@ -91,8 +91,9 @@ def _attributes(
 def _nodes(
     plain: Callable[..., Any],
 ) -> tuple[list[ast.Assign], list[ast.Attribute | ast.Call]]:
-    """The assignments of a function, and what it reads of names and calls. Models have
-    most functions in common.
+    """Return the assignments of a function, and the attributes and calls in it.
+
+    They are cached, as models have most functions in common.
     """
     nodes = list(ast.walk(tree_of(plain)))
     return (
@@ -104,7 +105,7 @@ def _nodes(
 def _whose(
     node: ast.expr, plain: Callable[..., Any], known: Mapping[str, Whose]
 ) -> Whose | None:
-    """Whose parameters an expression is, None where it is none."""
+    """Return whose parameters an expression is, None where it is none."""
     match node:
         case ast.Name(name):
             return known.get(name)
@@ -119,7 +120,7 @@ def _bound(
     plain: Callable[..., Any],
     known: Mapping[str, Whose],
 ) -> Iterator[tuple[str, Whose]]:
-    """The names to which a function gives parameters."""
+    """Find the names to which a function assigns parameters."""
     for node in assignments:
         for target in node.targets:
             for name, value in _pairs(target, node.value):
@@ -142,7 +143,7 @@ def _passed(
     plain: Callable[..., Any],
     known: Mapping[str, Whose],
 ) -> Iterator[tuple[str, Whose]]:
-    """Which arguments of a function that is called are parameters."""
+    """Find the arguments of a called function that are parameters."""
     names = called.__code__.co_varnames[: called.__code__.co_argcount]
     arguments = [*zip(names, node.args, strict=False)]
     arguments += [(one.arg, one.value) for one in node.keywords if one.arg]
