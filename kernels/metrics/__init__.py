@@ -34,10 +34,13 @@ from kernels.settings import PIXELS, Demand
 
 __all__ = ["METRICS", "Better", "Distribution", "Ground", "Metric", "Range"]
 
-_NGUYEN, _AZIEL = "nguyen2024, section 2.3", "aziel_chen2025, section 3.2"
+_NGUYEN = "nguyen2024, section 2.3"
+_AZIEL = "aziel_chen2025, section 3.2"
 _VASARHELYI = "Vasarhelyi et al. (2018)"
-_RUSTAMANI, _PATEL = "rustamani2024, section 3", "patel2023, section III"
-_STROMBOM, _HERD = "Strombom et al. (2014)", ("sheep", "dog")
+_RUSTAMANI = "rustamani2024, section 3"
+_PATEL = "patel2023, section III"
+_STROMBOM = "Strombom et al. (2014)"
+_HERD = ("sheep", "dog")
 _GOAL = Demand(
     "0 <= goal_x <= width and 0 <= goal_y <= height",
     "the goal lies outside the world, and what is recorded is about the goal",

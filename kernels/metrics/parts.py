@@ -36,10 +36,10 @@ def of_part(
     Metric or None
         None if `name` denotes no part, or a metric without parts.
     """
-    whole, found, part = name.rpartition(OF)
-    if not found or part not in (WORKING, *kinds) or whole not in metrics:
+    base, separator, part = name.rpartition(OF)
+    if not separator or part not in (WORKING, *kinds) or base not in metrics:
         return None
-    metric = metrics[whole]
+    metric = metrics[base]
     if not has_parts(metric):
         return None
     among = "that have not failed" if part == WORKING else f"of the kind {part}"

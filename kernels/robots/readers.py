@@ -33,12 +33,14 @@ def parameters_read(model: Model) -> Read:
 
 @cache
 def _read(advance: Callable[..., bool]) -> Read:
-    plain, robot, flock = plain_of(advance), set[str](), set[str]()
+    plain = plain_of(advance)
     if not is_ours(plain):
         return Read(frozenset(), frozenset())
-    found = [*_attributes(plain, _third(plain), set())]
-    found += _attributes(flight.begin, {"params": "flock"}, set())
-    for name, whose in found:
+    robot = set[str]()
+    flock = set[str]()
+    reads = [*_attributes(plain, _third(plain), set())]
+    reads += _attributes(flight.begin, {"params": "flock"}, set())
+    for name, whose in reads:
         (robot if whose == "robot" else flock).add(name)
     return Read(frozenset(robot), frozenset(flock))
 
@@ -53,8 +55,8 @@ def potential_of(model: Model) -> frozenset[str]:
     if model.pair_potential is None:
         return frozenset()
     plain = plain_of(model.pair_potential)
-    given = plain.__code__.co_varnames[0]
-    return frozenset(name for name, _ in _attributes(plain, {given: "flock"}, set()))
+    params = plain.__code__.co_varnames[0]
+    return frozenset(name for name, _ in _attributes(plain, {params: "flock"}, set()))
 
 
 LINE = "robot = params_of(params, work, i)"
@@ -62,21 +64,21 @@ Met = set[tuple[Callable[..., Any], frozenset[tuple[str, Whose]]]]
 
 
 def _attributes(
-    plain: Callable[..., Any], given: Mapping[str, Whose], met: Met
+    plain: Callable[..., Any], arguments: Mapping[str, Whose], met: Met
 ) -> Iterator[tuple[str, Whose]]:
     """Find the names of all parameters that a plain function reads, and whose they are.
 
-    Its arguments in `known` are parameters. `met` has the functions that were visited.
+    Its `arguments` are those that hold parameters. `met` are the visited functions.
     """
-    key = plain, frozenset(given.items())
+    key = plain, frozenset(arguments.items())
     if key in met:
         return
     met.add(key)
-    assignments, others = _nodes(plain)
-    known = dict(given)
+    assignments, attributes_and_calls = _nodes(plain)
+    known = dict(arguments)
     while more := {*_bound(assignments, plain, known)} - known.items():
         known.update(more)
-    for node in others:
+    for node in attributes_and_calls:
         match node:
             case ast.Attribute(ast.Name(name), read) if name in known:
                 yield read, known[name]
@@ -133,8 +135,8 @@ def _pairs(target: ast.expr, value: ast.expr) -> Iterator[tuple[str, ast.expr]]:
         case ast.Name(name), _:
             yield name, value
         case ast.Tuple(targets), ast.Tuple(values):
-            for one, other in zip(targets, values, strict=False):
-                yield from _pairs(one, other)
+            for inner_target, inner_value in zip(targets, values, strict=False):
+                yield from _pairs(inner_target, inner_value)
 
 
 def _passed(
@@ -146,7 +148,7 @@ def _passed(
     """Find the arguments of a called function that are parameters."""
     names = called.__code__.co_varnames[: called.__code__.co_argcount]
     arguments = [*zip(names, node.args, strict=False)]
-    arguments += [(one.arg, one.value) for one in node.keywords if one.arg]
+    arguments += [(word.arg, word.value) for word in node.keywords if word.arg]
     for name, value in arguments:
         if whose := _whose(value, plain, known):
             yield name, whose
