@@ -84,14 +84,14 @@ def _described(name: str, one: Any) -> str:
 
 
 def _function(name: str, one: Any, kind: str = "function") -> str:
-    return _directive(kind, name + _signature(one), _text(one))
+    return _directive(kind, name + _signature(one), docstring_text(one))
 
 
 def _class(name: str, one: type) -> str:
     members = []
     for member, value in inspect.getmembers(one):
         found = inspect.unwrap(getattr(value, "func", value))
-        if member.startswith("_") or not (text := _text(value)):
+        if member.startswith("_") or not (text := docstring_text(value)):
             continue
         if not getattr(found, "__module__", None) and not isinstance(value, property):
             continue
@@ -99,10 +99,10 @@ def _class(name: str, one: type) -> str:
             members.append(_function(member, value, "method"))
         elif isinstance(value, property) or hasattr(value, "func"):
             members.append(_directive("attribute", member, text))
-    return _directive("class", name, "\n\n".join([_text(one), *members]))
+    return _directive("class", name, "\n\n".join([docstring_text(one), *members]))
 
 
-def _text(one: Any) -> str:
+def docstring_text(one: Any) -> str:
     """A docstring in Markdown: a section has no heading, which a directive may not
     have, and an example is code.
     """

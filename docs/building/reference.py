@@ -12,6 +12,7 @@ from typing import Any
 import pyarrow as pa
 import typer.main
 
+from docs.building.api import docstring_text
 from kernels.catalogue import Catalogue
 from kernels.metrics import METRICS, Metric
 from kernels.model import Model
@@ -225,7 +226,7 @@ def _equations(module: Any) -> str:
             function.__module__ == module.__name__
             or function.__module__.startswith("kernels.rules.")
         ):
-            parts.append(f"\n### {name.lstrip('_')}\n\n{inspect.getdoc(function)}\n")
+            parts.append(f"\n### {name.lstrip('_')}\n\n{docstring_text(function)}\n")
     return "".join(parts)
 
 

@@ -1,20 +1,20 @@
-"""From recorded frames to numbers.
+"""Metrics: kernels that turn recorded frames into numbers.
 
 A metric is a kernel `(frames, filled, ground, observation, values)` that writes one
-number for each of the `filled` first frames into `values`. To add one, write it and
-enter it in METRICS.
+number for each of the `filled` first frames into `values`. To add a metric, write its
+kernel and enter it in METRICS.
 
-Distances are those of the plane, on a torus too: boids that see each other across its
-borders are not near each other here. Velocities are those at the end of a step, which
-patel2023 limits only when it moves.
+Distances are in the plane, in a periodic world too: boids that perceive each other
+across its borders are not near each other here. Velocities are those at the end of a
+step, which patel2023 limits only when it moves.
 
 motion  speed, turns, headings    shape    radius, distances, elongation, turning
 flocks  connected groups          places   obstacles and the goal
-spectrum  how well these hold together
+spectrum  connectivity of the graph of near boids
 energy  the pair potential        counted  coverage, events, integrals over time
 herd    sheep, and their dog
-ground  what a metric is, and what it gets to see
-parts   metrics of one kind of boids, or of those that work
+ground  types: a metric, and its inputs
+parts   metrics of boids of one kind, or of boids that work
 """
 
 from kernels.metrics import (
@@ -34,10 +34,13 @@ from kernels.settings import PIXELS, Demand
 
 __all__ = ["METRICS", "Better", "Distribution", "Ground", "Metric", "Range"]
 
-_NGUYEN, _AZIEL = "nguyen2024, section 2.3", "aziel_chen2025, section 3.2"
+_NGUYEN = "nguyen2024, section 2.3"
+_AZIEL = "aziel_chen2025, section 3.2"
 _VASARHELYI = "Vasarhelyi et al. (2018)"
-_RUSTAMANI, _PATEL = "rustamani2024, section 3", "patel2023, section III"
-_STROMBOM, _HERD = "Strombom et al. (2014)", ("sheep", "dog")
+_RUSTAMANI = "rustamani2024, section 3"
+_PATEL = "patel2023, section III"
+_STROMBOM = "Strombom et al. (2014)"
+_HERD = ("sheep", "dog")
 _GOAL = Demand(
     "0 <= goal_x <= width and 0 <= goal_y <= height",
     "the goal lies outside the world, and what is recorded is about the goal",
@@ -45,7 +48,7 @@ _GOAL = Demand(
 
 
 def _of_part(name: str) -> Metric | None:
-    """The metric of a part of the boids, of those in METRICS."""
+    """Return the metric of a part of the boids, of a metric in METRICS."""
     if OF not in name:
         return None
     from kernels.models import MODELS  # which packages may bring

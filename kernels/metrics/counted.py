@@ -1,4 +1,4 @@
-"""What was counted during a trial, pixels and events, and what was summed up."""
+"""Counts of a trial, of pixels and of events, and integrals over its time."""
 
 import math
 
@@ -33,7 +33,15 @@ def coverage(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Visited pixels in per cent of the traversable ones."""
+    """Compute the visited fraction of the traversable pixels.
+
+    Parameters
+    ----------
+    frames, filled, ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Percent of the traversable pixels.
+    """
     for f in range(filled):
         values[f] = 100.0 * frames.counts[f, COVERED] / ground.traversable
 
@@ -46,7 +54,15 @@ def coverage_total(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Visited pixels in per cent of all pixels of the world."""
+    """Compute the visited fraction of all pixels of the world.
+
+    Parameters
+    ----------
+    frames, filled, ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Percent of all pixels, those in obstacles included.
+    """
     for f in range(filled):
         values[f] = 100.0 * frames.counts[f, COVERED] / ground.pixels
 
@@ -59,8 +75,17 @@ def coverage_cv(
     observation: Observation,
     values: Floats,
 ) -> None:
-    """Standard deviation over mean of the visit counts of traversable pixels; NaN
-    before the first visit.
+    """Compute the coefficient of variation of the visits to traversable pixels.
+
+    It is the standard deviation over the mean of the visit counts.
+
+    Parameters
+    ----------
+    frames, filled, ground, observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Coefficient of variation, with `coverage_cv_ddof`; NaN before the first
+        visit.
     """
     pixels = ground.traversable
     for f in range(filled):
@@ -79,7 +104,15 @@ def escapes(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """How often a boid has left the world since the start."""
+    """Count how often a boid has left the world since the start.
+
+    Parameters
+    ----------
+    frames, filled, _ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Number of escapes of all boids.
+    """
     for f in range(filled):
         values[f] = frames.counts[f, FIRST_EVENT + ESCAPES]
 
@@ -92,7 +125,15 @@ def collisions(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """How often a boid's position has entered an obstacle since the start."""
+    """Count how often the position of a boid has entered an obstacle since the start.
+
+    Parameters
+    ----------
+    frames, filled, _ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Number of collisions of all boids.
+    """
     for f in range(filled):
         values[f] = frames.counts[f, FIRST_EVENT + COLLISIONS]
 
@@ -105,8 +146,16 @@ def boid_collisions(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """How often a boid has come nearer than contact_distance to another, or others,
-    since the start.
+    """Count how often a boid has come into contact with others since the start.
+
+    A boid is in contact if it is nearer than contact_distance to at least one other.
+
+    Parameters
+    ----------
+    frames, filled, _ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Number of such events of all boids; both boids of a pair count.
     """
     for f in range(filled):
         values[f] = frames.counts[f, FIRST_EVENT + BOID_COLLISIONS]
@@ -120,8 +169,16 @@ def share_arrived(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Boids that have been within goal_radius of the goal, or in turn of each of
-    several, in per cent.
+    """Compute the fraction of boids that have been within goal_radius of the goal.
+
+    Where there are several goals, a boid must have been at each of them in turn.
+
+    Parameters
+    ----------
+    frames, filled, ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Percent of all boids.
     """
     for f in range(filled):
         values[f] = 100.0 * frames.counts[f, FIRST_EVENT + ARRIVED] / ground.boids
@@ -135,8 +192,16 @@ def time_to_goal(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Mean time at which boids first came within goal_radius of the goal, of several in
-    turn of the last; NaN if none did.
+    """Compute the mean time at which boids first came within goal_radius of the goal.
+
+    Where there are several goals in turn, the last one counts.
+
+    Parameters
+    ----------
+    frames, filled, ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Mean over the boids that have arrived, in times; NaN if none has.
     """
     for f in range(filled):
         arrived = frames.counts[f, FIRST_EVENT + ARRIVED]
@@ -152,7 +217,15 @@ def goals_reached(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Mean number of goals that a boid has reached, one after the other."""
+    """Compute the mean number of goals that a boid has reached, one after the other.
+
+    Parameters
+    ----------
+    frames, filled, ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Goals per boid.
+    """
     for f in range(filled):
         values[f] = frames.counts[f, FIRST_EVENT + GOALS_REACHED] / ground.boids
 
@@ -165,8 +238,17 @@ def equilibrium(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Boids that have moved in step with all their neighbours, at least one, for
-    equilibrium_steps, in per cent.
+    """Compute the fraction of boids in a local equilibrium.
+
+    Such a boid has moved in step with all its neighbours, at least one, for
+    equilibrium_steps.
+
+    Parameters
+    ----------
+    frames, filled, ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Percent of all boids.
     """
     for f in range(filled):
         values[f] = 100.0 * frames.counts[f, FIRST_EVENT + SETTLED] / ground.boids
@@ -180,8 +262,14 @@ def dead_end_time(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """How long boids looked for a free heading and found none, since the start: a sum
-    over boids, each step counted as dt.
+    """Compute how long boids looked for a free heading and found none, since the start.
+
+    Parameters
+    ----------
+    frames, filled, ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Sum over boids, in times; each step counts as dt.
     """
     for f in range(filled):
         values[f] = ground.dt * frames.counts[f, FIRST_EVENT + DEAD_ENDS]
@@ -195,8 +283,17 @@ def pair_collisions(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """How often two boids have come nearer than contact_distance to each other since
-    the start: a pair counts once until it is farther apart after a step.
+    """Count how often two boids have come into contact since the start.
+
+    They are in contact if they are nearer than contact_distance. A pair counts once
+    until it is farther apart after a step.
+
+    Parameters
+    ----------
+    frames, filled, _ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Number of such events of all pairs.
     """
     for f in range(filled):
         values[f] = frames.counts[f, FIRST_EVENT + PAIR_COLLISIONS]
@@ -210,8 +307,17 @@ def collision_rate(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Collisions a boid and unit of time since the start, of two boids or with an
-    obstacle; one of two boids counts once. NaN at the start.
+    """Compute the collisions per boid and unit of time since the start.
+
+    They are collisions of two boids and collisions with an obstacle. A collision of two
+    boids counts once.
+
+    Parameters
+    ----------
+    frames, filled, ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Rate per boid, in 1/time; NaN at the start.
     """
     for f in range(filled):
         time = ground.dt * ground.boids * frames.step[f]
@@ -230,8 +336,16 @@ def fissions(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """How often flocks have parted from one recorded frame to the next, since the
-    start: see kernels.events.regroup.
+    """Count how often flocks have parted between recorded frames, since the start.
+
+    See kernels.events.regroup.
+
+    Parameters
+    ----------
+    frames, filled, _ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Number of fissions.
     """
     for f in range(filled):
         values[f] = frames.counts[f, FIRST_EVENT + FISSIONS]
@@ -245,8 +359,16 @@ def fusions(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """How often flocks have joined from one recorded frame to the next, since the
-    start: see kernels.events.regroup.
+    """Count how often flocks have joined between recorded frames, since the start.
+
+    See kernels.events.regroup.
+
+    Parameters
+    ----------
+    frames, filled, _ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Number of fusions.
     """
     for f in range(filled):
         values[f] = frames.counts[f, FIRST_EVENT + FUSIONS]
@@ -260,8 +382,16 @@ def path_length(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Mean over boids of the integral of |v| over time since the start, each step with
-    the speed at its end.
+    """Compute the mean length of the paths of boids since the start.
+
+    It is the integral of |v| over time, each step with the speed at its end.
+
+    Parameters
+    ----------
+    frames, filled, ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Mean over boids, in lengths.
     """
     for f in range(filled):
         values[f] = ground.dt * frames.integrals[f, SPEEDS] / ground.boids
@@ -275,13 +405,22 @@ def control_effort(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Mean over boids of the integral of |a|^2 over time since the start, where a is
-    the change of the velocity in a step over its time. A velocity that is mirrored at a
-    border changes.
+    """Compute the mean integral of |a|^2 over time since the start.
 
-    The cost of minimum-energy control: Athans and Falb (1966), Optimal Control.
-    A turn at constant speed v and rate w has (v w)^2 a unit of time, in the limit of
-    short steps; in steps of dt it is less by the factor (sin(h) / h)^2, h = w dt / 2.
+    The acceleration a is the change of the velocity in a step over its time. A velocity
+    that is mirrored at a border changes.
+
+    This is the cost of minimum-energy control: Athans and Falb (1966), Optimal Control.
+    A turn at constant speed v and rate w costs (v w)^2 per unit of time, in the limit
+    of short steps. In steps of dt it costs less by the factor (sin(h) / h)^2, h = w dt
+    / 2.
+
+    Parameters
+    ----------
+    frames, filled, ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Mean over boids, in length^2/time^3.
     """
     for f in range(filled):
         changes = frames.integrals[f, CHANGES] / ground.boids
@@ -296,12 +435,20 @@ def mechanical_work(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Mean over boids of the work that motors do for a unit of mass, since the start:
-    the integral of the power v a where it is positive. What a boid loses in slowing
-    down is not regained.
+    """Compute the mean work of the motors per unit of mass since the start.
 
-    It is the sum of all gains of |v|^2 / 2 from step to step. A fall and a rise of the
-    speed within one step are not seen.
+    It is the integral of the power v a where the power is positive. A boid that slows
+    down does not regain the energy.
+
+    It equals the sum of all gains of |v|^2 / 2 from step to step. A fall and a rise of
+    the speed within one step are not seen.
+
+    Parameters
+    ----------
+    frames, filled, ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Mean over boids, in length^2/time^2.
     """
     for f in range(filled):
         values[f] = frames.integrals[f, GAINS] / ground.boids

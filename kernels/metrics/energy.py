@@ -1,5 +1,6 @@
-"""The potential energy of Eq. (27) of patel2023. The gradient of its pair potential
-gives the model's own rules.
+"""The potential energy of Eq. (27) of patel2023.
+
+The gradient of its pair potential gives the model's own rules.
 
 For the strengths a of separation, within r_s, and c of cohesion, towards the mean of
 the n boids within r_c, with r_s <= r_c:
@@ -8,9 +9,10 @@ the n boids within r_c, with r_s <= r_c:
     V(r) = (c/n) (r^2 - r_s^2) / 2        for r_s <= r < r_c
 
 so that the force on a boid, with n held fixed, is the sum of both rules. V is least,
-namely 0, at r_s, as the text asks, but stays finite as boids meet. If only boids
-outside r_s cohere, the first line has a in place of a - c/n, and n counts only those
-boids. If r_s > r_c, which is not checked, V is not the potential of the rules.
+namely 0, at r_s, as the publication asks, but stays finite as boids meet. If only
+boids outside r_s cohere, the first line has a in place of a - c/n, and n counts only
+those boids. If r_s > r_c, which is not checked here, V is not the potential of the
+rules.
 """
 
 import math
@@ -26,7 +28,10 @@ from kernels.state import Floats
 
 @jit
 def _pair_potential(rule: PairPotential, attraction: float, distance2: float) -> float:
-    """V of a pair at the square root of `distance2`; `attraction` is c/n."""
+    """Return V of a pair whose squared distance is `distance2`.
+
+    The `attraction` is c/n.
+    """
     near2 = rule.separation_range * rule.separation_range
     if distance2 < near2:
         strength = rule.separation - (0.0 if rule.cohesion_outside else attraction)
@@ -38,7 +43,7 @@ def _pair_potential(rule: PairPotential, attraction: float, distance2: float) ->
 
 @jit
 def _boid_potential(rule: PairPotential, x: Floats, y: Floats, i: int) -> float:
-    """The sum of V over the pairs of boid `i`."""
+    """Return the sum of V over the pairs of boid `i`."""
     near2 = (
         rule.separation_range * rule.separation_range if rule.cohesion_outside else 0.0
     )
@@ -65,7 +70,15 @@ def potential(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Mean over boids of the sum of V over their pairs."""
+    """Compute the mean over boids of the sum of V over their pairs.
+
+    Parameters
+    ----------
+    frames, filled, ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Potential energy per boid and unit of mass, in length^2/time^2.
+    """
     n = frames.bodies.shape[2]
     for f in range(filled):
         total = 0.0
@@ -84,8 +97,16 @@ def flock_potential(
     observation: Observation,
     values: Floats,
 ) -> None:
-    """Mean over flocks of two or more of their boids' potentials, summed; NaN where
-    there is none.
+    """Compute the mean potential energy of a flock of two or more boids.
+
+    The energy of a flock is the sum over its boids. A boid counts all its pairs.
+
+    Parameters
+    ----------
+    frames, filled, ground, observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Mean over such flocks, in length^2/time^2; NaN where there is none.
     """
     n = frames.bodies.shape[2]
     for f in range(filled):

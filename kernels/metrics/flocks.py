@@ -15,8 +15,16 @@ from kernels.state import Floats
 
 @jit_with_memory
 def labels(x: Floats, y: Floats, reach: float) -> NDArray[np.int64]:
-    """For every boid the index of one boid of its flock, the same for all members;
-    shape (N,).
+    """Return for every boid the label of its flock, an int64 array of shape (N,).
+
+    The label is the index of one boid of the flock, the same one for all its members.
+
+    Parameters
+    ----------
+    x, y : array of float, shape (N,)
+        Positions, in lengths.
+    reach : float
+        Distance below which two boids are joined.
     """
     found = np.empty(x.size, np.int64)
     label_groups(x, y, np.argsort(x), reach, found)
@@ -25,7 +33,7 @@ def labels(x: Floats, y: Floats, reach: float) -> NDArray[np.int64]:
 
 @jit_with_memory
 def sizes(flock: NDArray[np.int64]) -> NDArray[np.int64]:
-    """The size of each flock at the index that labels it, 0 elsewhere; shape (N,)."""
+    """Return the size (N,) of each flock at the index that labels it, 0 elsewhere."""
     members = np.zeros(flock.size, np.int64)
     for i in range(flock.size):
         members[flock[i]] += 1
@@ -34,7 +42,7 @@ def sizes(flock: NDArray[np.int64]) -> NDArray[np.int64]:
 
 @jit_with_memory
 def largest(flock: NDArray[np.int64]) -> tuple[int, int]:
-    """The label and the size of the largest flock, the first of several."""
+    """Return the label and the size of the largest flock, the first one of several."""
     members = sizes(flock)
     which = 0
     for label in range(members.size):
@@ -45,7 +53,7 @@ def largest(flock: NDArray[np.int64]) -> tuple[int, int]:
 
 @jit
 def count_flocks(members: NDArray[np.int64], least: int) -> int:
-    """How many flocks have at least so many members, from the `sizes` of all."""
+    """Count the flocks of at least `least` members, from the `sizes` of all."""
     # np.sum loads 0.3 s of numba's own modules in each process.
     flocks = 0
     for label in range(members.size):
@@ -61,7 +69,15 @@ def flock_count(
     observation: Observation,
     values: Floats,
 ) -> None:
-    """Number of flocks."""
+    """Count the flocks.
+
+    Parameters
+    ----------
+    frames, filled, _ground, observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Number of flocks; a boid alone is a flock.
+    """
     for f in range(filled):
         flock = labels(
             frames.bodies[f, X], frames.bodies[f, Y], observation.flock_range
@@ -77,7 +93,15 @@ def largest_flock(
     observation: Observation,
     values: Floats,
 ) -> None:
-    """Number of boids in the largest flock."""
+    """Count the boids in the largest flock.
+
+    Parameters
+    ----------
+    frames, filled, _ground, observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Number of boids.
+    """
     for f in range(filled):
         values[f] = largest(
             labels(frames.bodies[f, X], frames.bodies[f, Y], observation.flock_range)
@@ -92,7 +116,15 @@ def largest_flock_share(
     observation: Observation,
     values: Floats,
 ) -> None:
-    """Boids in the largest flock, in per cent of all boids."""
+    """Compute the fraction of boids in the largest flock.
+
+    Parameters
+    ----------
+    frames, filled, ground, observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Percent of all boids.
+    """
     largest_flock(frames, filled, ground, observation, values)
     for f in range(filled):
         values[f] *= 100.0 / frames.bodies.shape[2]
@@ -106,7 +138,15 @@ def boids_lost(
     observation: Observation,
     values: Floats,
 ) -> None:
-    """Number of boids outside the largest flock."""
+    """Count the boids outside the largest flock.
+
+    Parameters
+    ----------
+    frames, filled, ground, observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Number of boids.
+    """
     largest_flock(frames, filled, ground, observation, values)
     for f in range(filled):
         values[f] = frames.bodies.shape[2] - values[f]
@@ -120,7 +160,15 @@ def smallest_flock(
     observation: Observation,
     values: Floats,
 ) -> None:
-    """Number of boids in the smallest flock; a boid alone is a flock of one."""
+    """Count the boids in the smallest flock.
+
+    Parameters
+    ----------
+    frames, filled, _ground, observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Number of boids; a boid alone is a flock of one.
+    """
     n = frames.bodies.shape[2]
     for f in range(filled):
         members = sizes(
@@ -141,7 +189,15 @@ def boids_alone(
     observation: Observation,
     values: Floats,
 ) -> None:
-    """Number of boids that have no other within flock_range."""
+    """Count the boids that have no other within flock_range.
+
+    Parameters
+    ----------
+    frames, filled, _ground, observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Number of boids.
+    """
     for f in range(filled):
         members = sizes(
             labels(frames.bodies[f, X], frames.bodies[f, Y], observation.flock_range)
@@ -157,11 +213,20 @@ def flock_correlation(
     observation: Observation,
     values: Floats,
 ) -> None:
-    """Mean over boids of the mean cosine of the angle between their velocity and that
-    of the others of their flock; boids alone are left out, NaN if all are. A pair of
-    which one is at rest counts as 0.
+    """Compute the mean correlation of the velocities of boids of one flock.
 
-    phi_corr of Vasarhelyi et al. (2018).
+    The correlation of a boid is the mean cosine of the angle between its velocity and
+    the velocities of the others of its flock. A pair of which one is at rest counts as
+    0. Boids alone are left out.
+
+    It is phi_corr of Vasarhelyi et al. (2018).
+
+    Parameters
+    ----------
+    frames, filled, _ground, observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Mean over boids, from -1 to 1; NaN if all boids are alone.
     """
     n = frames.bodies.shape[2]
     for f in range(filled):

@@ -1,4 +1,4 @@
-"""What a metric is, and what it gets to see besides the recorded frames."""
+"""Metrics, and their inputs besides the recorded frames."""
 
 import math
 from collections.abc import Callable
@@ -17,10 +17,21 @@ X, Y, VX, VY, PREVIOUS_VX, PREVIOUS_VY = range(FIRST_STATE)
 
 
 class Ground(NamedTuple):
-    """The world and the number of boids, of traversable pixels and of all pixels, the
-    time of a step, the potential, and of each boid the index of its kind (N,). Where
-    `motion` is not None obstacles move, and a metric of them calls
-    `place_obstacles(ground.motion, frames.step[f])` before it looks at frame f.
+    """World and constants of a trial, as metrics read them.
+
+    Attributes
+    ----------
+    world : World
+    boids, traversable, pixels : int
+        Number of boids, of traversable pixels and of all pixels.
+    dt : float
+        Time of a step.
+    potential : PairPotential
+    kind : array of int, shape (N,)
+        Index of the kind of each boid.
+    motion : Motion or None
+        Motion of the obstacles, None where they are at rest. A metric of obstacles
+        calls `place_obstacles(ground.motion, frames.step[f])` before it reads frame f.
     """
 
     world: World
@@ -34,34 +45,67 @@ class Ground(NamedTuple):
 
 
 class Metric(NamedTuple):
-    """A metric looks at the bodies, or at what was counted during the trial.
+    """Metric of the bodies of a frame, or of counts and integrals of the trial.
 
-    `better` says which values are, where nothing else is said: "neither" of what a
-    flock is like, apart from any task. `distribution` says how its values, one a trial,
-    are distributed: about "normal"; "skewed", with a long
-    tail; as a "count" of events; as a "proportion" from 0 to 1 or a "percentage" from 0
-    to 100. Its mean then has the interval that holds for these; where nothing is
-    declared, that of normal ones, and tables say so. No value is below `low`
-    or above `high`, in the unit of the metric, so no interval reaches there; what
-    follows from the distribution need not be said again. Only of such a range is there
-    an interval where values are equal, but for one at most, and no events. Intervals
-    hold less often than in 93 of 100 studies for few values that pile up at an end, for
-    counts in clusters, for long tails, and for rare regimes
-    (docs/explanations/intervals.md). `pairwise` says that it
-    compares boids with each other, which takes longer, and `cubic` that the time of a
-    frame grows with the cube of the number of boids. `covers`, `counts` and `pairs` say
-    that it needs, instead of the bodies: the visited pixels; escapes, collisions and
-    arrivals; contacts between boids. So do `integrates`, sums over all steps of what
-    boids do, and `follows`, flocks that are followed from frame to frame. `part` is the
-    part of the boids that alone is measured, see kernels.metrics.parts; "" for all.
-    `potential` says that it needs a model with a pair potential; `state` and `kinds`,
-    that it needs one whose rows of state, and whose kinds of boids, begin with these,
-    in this order. Row k of the state is `frames.bodies[f, FIRST_STATE + k]`, and
-    `ground.kind[i]` is the index of the kind of boid i. `demands` are conditions on the
-    settings of whoever records it. `short` is what the figure of visits calls it, which
-    shows no metric without one. `per_step` says that it measures what one step changes,
-    so that values with another time step are of something else. `within` is the setting
-    that is its range, as flock_range; "" for none.
+    No confidence interval reaches below `low` or above `high`. Where all values but at
+    most one are equal, or there are no events, only such a range allows a confidence
+    interval. Confidence intervals hold less often than in 93 of 100 studies for few
+    values that pile up at an end, for counts in clusters, for long tails, and for rare
+    regimes (docs/explanations/intervals.md).
+
+    Attributes
+    ----------
+    measure : callable
+        Kernel `(frames, filled, ground, observation, values)`. It reads the `filled`
+        first of F `frames` (Frames), the constants of the trial in `ground` (Ground)
+        and the parameters of the `observation` (Observation). It writes one value per
+        frame into `values`, an array of float of shape (filled,). Parameters that it
+        does not read begin with an underscore.
+    unit : str
+        Unit, "" for none.
+    text : str
+        Description in a few words.
+    source : str
+        Publication that defines the metric, or "ours".
+    better : {"high", "low", "neither"}
+        Direction of better values, unless a study states otherwise; "neither" for a
+        property of the flock apart from any task.
+    pairwise : bool
+        Whether it compares boids with each other, which takes longer.
+    covers, counts, pairs : bool
+        Whether it needs, instead of the bodies: visited pixels; escapes, collisions and
+        arrivals; contacts between boids.
+    potential : bool
+        Whether it needs a model with a pair potential.
+    state, kinds : tuple of str
+        Rows of state and kinds of boids with which those of the model must begin, in
+        this order. Row k of the state is `frames.bodies[f, FIRST_STATE + k]`, and
+        `ground.kind[i]` is the index of the kind of boid i.
+    demands : tuple of Demand
+        Conditions on the settings of a study that records it.
+    short : str
+        Name in the figure of visits, which shows no metric without one.
+    distribution : Distribution or None
+        Distribution of its values, one per trial: about "normal"; "skewed", with a long
+        tail; a "count" of events; a "proportion" from 0 to 1 or a "percentage" from 0
+        to 100. The mean has the confidence interval for that distribution. With None it
+        has the one for normal values, and tables report that.
+    per_step : bool
+        Whether it measures the change in one step, so that values with another time
+        step are not comparable.
+    low, high : float
+        Bounds of its values, in its unit. Bounds that follow from the distribution need
+        not be repeated.
+    cubic : bool
+        Whether the time per frame grows with the cube of the number of boids.
+    integrates : bool
+        Whether it needs sums over all steps of the motion of boids.
+    follows : bool
+        Whether it needs flocks that are followed from frame to frame.
+    part : str
+        Part of the boids that alone is measured, see kernels.metrics.parts; "" for all.
+    within : Range
+        Setting that is its range, such as flock_range; "" for none.
     """
 
     measure: Callable[[Frames, int, Ground, Observation, Floats], None]
@@ -90,6 +134,6 @@ class Metric(NamedTuple):
 
     @property
     def looks(self) -> bool:
-        """Whether the metric looks at the bodies."""
+        """Return whether the metric reads the bodies."""
         counted = self.covers or self.counts or self.pairs
         return not (counted or self.integrates or self.follows)

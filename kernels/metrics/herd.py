@@ -1,5 +1,6 @@
-"""A herd of sheep and its dog, the boid after them: the dog counts in none of these but
-its own.
+"""Metrics of a herd of sheep and its dog, the boid after them.
+
+The dog counts in its own metric alone.
 """
 
 import math
@@ -11,18 +12,21 @@ from kernels.settings import Observation
 from kernels.state import Floats
 
 SHEEP = 0
-"""The kinds of whom these metrics are."""
+"""Index of the kind of boids that these metrics measure."""
 
 
 @jit
 def _task_time(frames: Frames, f: int) -> float:
-    """When the task was done, 0 before: the first row of the state."""
+    """Return the time at which the task was done, 0 before.
+
+    It is the first row of the state.
+    """
     return float(frames.bodies[f, FIRST_STATE, 0])
 
 
 @jit
 def _herd_centre(frames: Frames, ground: Ground, f: int) -> tuple[float, float, int]:
-    """The centre of mass of the sheep of frame `f`, and how many they are."""
+    """Return the centre of mass of the sheep of frame `f`, and their number."""
     x, y, sheep = 0.0, 0.0, 0
     for i in range(frames.bodies.shape[2]):
         if ground.kind[i] == SHEEP:
@@ -41,7 +45,15 @@ def herded(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """1 once the task of the dog is done, else 0."""
+    """Compute whether the task of the dog is done.
+
+    Parameters
+    ----------
+    frames, filled, _ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        1 once the task is done, else 0.
+    """
     for f in range(filled):
         values[f] = 1.0 if _task_time(frames, f) > 0.0 else 0.0
 
@@ -54,7 +66,15 @@ def herding_time(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """When the task of the dog was done; NaN before."""
+    """Compute the time at which the task of the dog was done.
+
+    Parameters
+    ----------
+    frames, filled, _ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Time since the start; NaN before the task is done.
+    """
     for f in range(filled):
         time = _task_time(frames, f)
         values[f] = time if time > 0.0 else math.nan
@@ -68,7 +88,15 @@ def herd_radius(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Mean distance of sheep from their centre of mass."""
+    """Compute the mean distance of sheep from their centre of mass.
+
+    Parameters
+    ----------
+    frames, filled, ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Mean over sheep, in lengths; NaN without sheep.
+    """
     for f in range(filled):
         x, y, sheep = _herd_centre(frames, ground, f)
         total = 0.0
@@ -87,7 +115,15 @@ def herd_goal_distance(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Distance of the centre of mass of the sheep from the goal."""
+    """Compute the distance of the centre of mass of the sheep from the goal.
+
+    Parameters
+    ----------
+    frames, filled, ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Distance, in lengths; NaN without sheep.
+    """
     for f in range(filled):
         x, y, _ = _herd_centre(frames, ground, f)
         dx, dy = x - ground.world.goal_x, y - ground.world.goal_y
@@ -102,9 +138,18 @@ def dog_offset(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """How far the dog is from the line from the goal through the centre of mass of the
-    sheep: more than 0 where it is anticlockwise of it, seen from the goal. NaN where
-    the centre is at the goal, and without a dog.
+    """Compute the distance of the dog from the line from the goal through the sheep.
+
+    The line passes through the centre of mass of the sheep. The distance is positive
+    where the dog is anticlockwise of the line, seen from the goal.
+
+    Parameters
+    ----------
+    frames, filled, ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Signed distance, in lengths; NaN where the centre is at the goal, and
+        without a dog.
     """
     for f in range(filled):
         x, y, sheep = _herd_centre(frames, ground, f)

@@ -1,4 +1,4 @@
-"""How boids move: speed, turns, agreement of headings."""
+"""Motion of boids: speed, turns, agreement of headings."""
 
 import math
 
@@ -18,7 +18,15 @@ def speed(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Mean of |v|."""
+    """Compute the mean of |v|.
+
+    Parameters
+    ----------
+    frames, filled, _ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Mean over boids, in length/time.
+    """
     n = frames.bodies.shape[2]
     for f in range(filled):
         total = 0.0
@@ -30,8 +38,9 @@ def speed(
 
 @jit
 def _turn(frames: Frames, f: int, i: int) -> float:
-    """The difference of heading from the step before, radians in (-2 pi, 2 pi); 0 at
-    rest and at the start.
+    """Return the heading one step before less the heading, in (-2 pi, 2 pi) radians.
+
+    It is 0 at rest and at the start.
     """
     vx, vy = frames.bodies[f, VX, i], frames.bodies[f, VY, i]
     before_x, before_y = (
@@ -51,8 +60,14 @@ def turn_rate(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Mean angle between the velocities before and after the last step, in [0, 180]
-    degrees.
+    """Compute the mean angle between the velocities before and after the last step.
+
+    Parameters
+    ----------
+    frames, filled, _ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Mean over boids, in [0, 180] degrees per step.
     """
     n = frames.bodies.shape[2]
     for f in range(filled):
@@ -71,8 +86,17 @@ def turn_rate_unwrapped(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Mean absolute difference of the two headings as numbers in (-180, 180], so in [0,
-    360) degrees.
+    """Compute the mean absolute difference of the headings around the last step.
+
+    The headings are numbers in (-180, 180] degrees, and their difference is not
+    wrapped.
+
+    Parameters
+    ----------
+    frames, filled, _ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Mean over boids, in [0, 360) degrees per step.
     """
     n = frames.bodies.shape[2]
     for f in range(filled):
@@ -90,8 +114,16 @@ def polarization(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Length of the mean unit velocity: 1 if all boids head the same way. A boid at
-    rest counts as a zero vector.
+    """Compute the length of the mean unit velocity.
+
+    A boid at rest counts as a zero vector.
+
+    Parameters
+    ----------
+    frames, filled, _ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Length from 0 to 1; 1 if all boids head the same way.
     """
     n = frames.bodies.shape[2]
     for f in range(filled):
@@ -113,11 +145,21 @@ def velocity_correlation(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Mean cosine of the angle between the velocities of two boids, over all pairs: 1
-    if all head the same way. A pair of which one is at rest counts as 0; NaN for one.
+    """Compute the mean cosine of the angle between the velocities of two boids.
 
-    phi_corr of Vasarhelyi et al. (2018) where all boids are of one flock. The square of
-    the sum of the unit vectors is the sum over pairs, twice, and over the boids.
+    The mean is over all pairs. A pair of which one is at rest counts as 0.
+
+    It is phi_corr of Vasarhelyi et al. (2018) where all boids are of one flock. The
+    square of the sum of the unit vectors is the sum over pairs, twice, and over the
+    boids.
+
+    Parameters
+    ----------
+    frames, filled, _ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Mean over pairs, at most 1, if all boids head the same way; NaN for one
+        boid.
     """
     n = frames.bodies.shape[2]
     for f in range(filled):
@@ -140,8 +182,16 @@ def velocity_diameter(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """The greatest |v_i - v_j| of two boids: 0 if all fly alike. Cucker and Smale
-    (2007), Emergent behavior in flocks, ask when it goes to 0.
+    """Compute the greatest |v_i - v_j| of two boids.
+
+    Cucker and Smale (2007), Emergent behavior in flocks, ask when it tends to 0.
+
+    Parameters
+    ----------
+    frames, filled, _ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Greatest difference, in length/time; 0 if all velocities are equal.
     """
     n = frames.bodies.shape[2]
     for f in range(filled):
@@ -162,7 +212,15 @@ def group_speed(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Length of the mean velocity: the speed of the centre of mass."""
+    """Compute the length of the mean velocity: the speed of the centre of mass.
+
+    Parameters
+    ----------
+    frames, filled, _ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Speed, in length/time.
+    """
     n = frames.bodies.shape[2]
     for f in range(filled):
         x, y = 0.0, 0.0

@@ -1,7 +1,7 @@
-"""Metrics of a part of the flock: of boids of one kind, or of those that work.
+"""Metrics of a part of the flock: of boids of one kind, or of boids that work.
 
-`polarization_of_sheep` is the polarization of the sheep, as if no other boid were
-there; `polarization_of_working` that of all that have not failed by then.
+`polarization_of_sheep` is the polarization of the sheep, as if there were no other
+boid. `polarization_of_working` is that of all boids that have not failed by then.
 """
 
 from collections.abc import Iterable, Mapping
@@ -14,19 +14,32 @@ from kernels.model import WORKING
 from kernels.state import Kinds
 
 OF = "_of_"
-"""Stands in a name between the metric and the part."""
+"""Separator of the metric and the part in a name."""
 
 
 def of_part(
     name: str, metrics: Mapping[str, Metric], kinds: Iterable[str]
 ) -> Metric | None:
-    """The metric of a part that `name` stands for, as `speed_of_working`, of one of
-    these `metrics`; None where it stands for none.
+    """Return the metric of a part that a name denotes, or None.
+
+    Parameters
+    ----------
+    name : str
+        Name such as "speed_of_working".
+    metrics : mapping of str to Metric
+        Metrics that may have parts.
+    kinds : iterable of str
+        Kinds of boids, which are parts too.
+
+    Returns
+    -------
+    Metric or None
+        None if `name` denotes no part, or a metric without parts.
     """
-    whole, found, part = name.rpartition(OF)
-    if not found or part not in (WORKING, *kinds) or whole not in metrics:
+    base, separator, part = name.rpartition(OF)
+    if not separator or part not in (WORKING, *kinds) or base not in metrics:
         return None
-    metric = metrics[whole]
+    metric = metrics[base]
     if not has_parts(metric):
         return None
     among = "that have not failed" if part == WORKING else f"of the kind {part}"
@@ -34,8 +47,9 @@ def of_part(
 
 
 def has_parts(metric: Metric) -> bool:
-    """Whether there is such a metric of a part of the boids: if it looks at them, all
-    alike.
+    """Return whether a metric has metrics of parts of the boids.
+
+    It does if it reads the bodies, and treats all boids in the same way.
     """
     return metric.looks and not (metric.kinds or metric.state or metric.part)
 
@@ -47,9 +61,26 @@ def members(
     fails_at: NDArray[np.int64],
     steps: NDArray[np.int64],
 ) -> NDArray[np.bool_]:
-    """Which boids are of a part after each of these `steps` (F,); shape (F, N).
+    """Return which boids are of a part after each of some steps.
 
-    A boid that fails when so many steps are done has failed after the next one.
+    A boid that fails when `fails_at` steps are done has failed after the next step.
+
+    Parameters
+    ----------
+    part : str
+        WORKING, or the name of a kind.
+    kinds : tuple of str
+        Names of the kinds.
+    kind : array of int, shape (N,)
+        Index of the kind of each boid.
+    fails_at : array of int, shape (N,)
+        Number of steps done when a boid fails, or NEVER.
+    steps : array of int, shape (F,)
+        Numbers of steps done.
+
+    Returns
+    -------
+    array of bool, shape (F, N)
     """
     if part == WORKING:
         return steps[:, None] <= fails_at

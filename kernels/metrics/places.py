@@ -1,4 +1,4 @@
-"""Boids and the places of the world: obstacles and the goal."""
+"""Positions of boids relative to obstacles and the goal."""
 
 import math
 
@@ -13,8 +13,9 @@ from kernels.worlds import obstacle_distance
 
 @jit
 def _clearance(world: World, x: float, y: float) -> float:
-    """The distance of (x, y) from the nearest surface of an obstacle, negative inside;
-    infinite without obstacles.
+    """Return the distance of (x, y) from the nearest surface of an obstacle.
+
+    It is negative inside, and infinite without obstacles.
     """
     nearest = math.inf
     for m in range(world.obstacle_x.size):
@@ -30,8 +31,15 @@ def clearance(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Mean distance of boids from the nearest obstacle, negative inside; NaN without
-    obstacles.
+    """Compute the mean distance of boids from the nearest obstacle.
+
+    Parameters
+    ----------
+    frames, filled, ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Mean over boids, in lengths, negative inside an obstacle; NaN without
+        obstacles.
     """
     n = frames.bodies.shape[2]
     for f in range(filled):
@@ -52,8 +60,14 @@ def least_clearance(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Distance of the boid that is nearest to an obstacle, negative inside; NaN without
-    obstacles.
+    """Compute the distance of the boid that is nearest to an obstacle.
+
+    Parameters
+    ----------
+    frames, filled, ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Distance, in lengths, negative inside an obstacle; NaN without obstacles.
     """
     for f in range(filled):
         place_obstacles(ground.motion, frames.step[f])
@@ -76,10 +90,19 @@ def depth_outside(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Mean distance of boids from where they may be: how far they are outside of the
-    world, or how deep in an obstacle. A boid at an allowed place counts as 0.
+    """Compute the mean distance of boids from the free part of the world.
 
-    phi_wall of Vasarhelyi et al. (2018).
+    It is the distance to the world of a boid outside, or the depth of a boid in an
+    obstacle. A boid at an allowed position counts as 0.
+
+    It is phi_wall of Vasarhelyi et al. (2018).
+
+    Parameters
+    ----------
+    frames, filled, ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Mean over boids, in lengths.
     """
     world, n = ground.world, frames.bodies.shape[2]
     for f in range(filled):
@@ -102,7 +125,15 @@ def goal_distance(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Mean distance of boids from the goal."""
+    """Compute the mean distance of boids from the goal.
+
+    Parameters
+    ----------
+    frames, filled, ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Mean over boids, in lengths.
+    """
     n = frames.bodies.shape[2]
     for f in range(filled):
         total = 0.0
@@ -121,8 +152,16 @@ def goal_spread(
     observation: Observation,
     values: Floats,
 ) -> None:
-    """Mean distance from their centre of the boids within goal_radius of the goal; NaN
-    for fewer than two.
+    """Compute the mean distance of the boids at the goal from their centre.
+
+    A boid is at the goal within goal_radius of it.
+
+    Parameters
+    ----------
+    frames, filled, ground, observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Mean over these boids, in lengths; NaN for fewer than two.
     """
     radius2 = observation.goal_radius * observation.goal_radius
     for f in range(filled):

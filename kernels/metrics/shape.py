@@ -1,6 +1,4 @@
-"""The shape of the swarm: how far boids are from its centre, from each other, how it
-is stretched, and how it turns about its centre.
-"""
+"""Shape of the swarm: radius, distances between boids, elongation, rotation."""
 
 import math
 
@@ -22,7 +20,7 @@ def _centre_distance(frames: Frames, f: int, i: int, x: float, y: float) -> floa
 
 @jit
 def _centre(frames: Frames, f: int) -> tuple[float, float]:
-    """The centre of mass of frame `f`."""
+    """Return the centre of mass of frame `f`."""
     n = frames.bodies.shape[2]
     x, y = 0.0, 0.0
     for i in range(n):
@@ -33,7 +31,7 @@ def _centre(frames: Frames, f: int) -> tuple[float, float]:
 
 @jit
 def _mean_distance(frames: Frames, f: int, x: float, y: float) -> float:
-    """The mean distance of the boids of frame `f` from (x, y)."""
+    """Return the mean distance of the boids of frame `f` from (x, y)."""
     total = 0.0
     for i in range(frames.bodies.shape[2]):
         total += _centre_distance(frames, f, i, x, y)
@@ -48,7 +46,15 @@ def flock_radius(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Mean distance from the centre of mass."""
+    """Compute the mean distance from the centre of mass.
+
+    Parameters
+    ----------
+    frames, filled, _ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Mean over boids, in lengths.
+    """
     for f in range(filled):
         x, y = _centre(frames, f)
         values[f] = _mean_distance(frames, f, x, y)
@@ -62,7 +68,15 @@ def dispersion(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Standard deviation (ddof 0) of the distances from the centre of mass."""
+    """Compute the standard deviation of the distances from the centre of mass.
+
+    Parameters
+    ----------
+    frames, filled, _ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Standard deviation with ddof 0, in lengths.
+    """
     n = frames.bodies.shape[2]
     for f in range(filled):
         x, y = _centre(frames, f)
@@ -82,12 +96,20 @@ def angular_momentum(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Absolute mean of the cross product of two unit vectors: from the centre of mass
-    to a boid, and along its velocity. 1 if all boids circle the centre the same way. A
-    boid at rest, and one at the centre, counts as 0.
+    """Compute the absolute mean of the cross product of two unit vectors.
+
+    The first vector points from the centre of mass to a boid, the second one along its
+    velocity. A boid at rest, and one at the centre, counts as 0.
 
     Couzin, Krause, James, Ruxton and Franks (2002), Collective memory and spatial
     sorting in animal groups, J. theor. Biol. 218, 1: the group angular momentum.
+
+    Parameters
+    ----------
+    frames, filled, _ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Angular momentum from 0 to 1; 1 if all boids circle the centre the same way.
     """
     n = frames.bodies.shape[2]
     for f in range(filled):
@@ -110,8 +132,16 @@ def nearest_neighbour_distance(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Mean distance to the nearest other boid; NaN for one boid. Sweeps outwards along
-    x, so about N sqrt(N) pairs.
+    """Compute the mean distance to the nearest other boid.
+
+    The search sweeps outwards along x, so that it compares about N sqrt(N) pairs.
+
+    Parameters
+    ----------
+    frames, filled, _ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Mean over boids, in lengths; NaN for one boid.
     """
     n = frames.bodies.shape[2]
     for f in range(filled):
@@ -141,8 +171,16 @@ def in_contact(
     observation: Observation,
     values: Floats,
 ) -> None:
-    """Boids nearer than contact_distance to another, in per cent of all boids. Its mean
-    over frames is the share of the time that a boid spends in contact.
+    """Compute the fraction of boids nearer than contact_distance to another.
+
+    Its mean over frames is the fraction of the time that a boid spends in contact.
+
+    Parameters
+    ----------
+    frames, filled, _ground, observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Percent of all boids.
     """
     n, reach = frames.bodies.shape[2], observation.contact_distance
     touching = np.zeros(n, np.bool_)
@@ -173,7 +211,15 @@ def least_distance(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Distance of the two boids that are nearest to each other; NaN for one boid."""
+    """Compute the distance of the two boids that are nearest to each other.
+
+    Parameters
+    ----------
+    frames, filled, _ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Distance, in lengths; NaN for one boid.
+    """
     n = frames.bodies.shape[2]
     for f in range(filled):
         x, y = frames.bodies[f, X], frames.bodies[f, Y]
@@ -197,9 +243,17 @@ def pairs_in_contact(
     observation: Observation,
     values: Floats,
 ) -> None:
-    """Pairs of boids nearer than contact_distance to each other, in per cent of all
-    pairs; NaN for one boid. phi_coll of Vasarhelyi et al. (2018), as a share, is a
-    hundredth of it.
+    """Compute the fraction of pairs of boids that are in contact.
+
+    A pair is in contact if its boids are nearer than contact_distance to each other.
+    phi_coll of Vasarhelyi et al. (2018) is a fraction, and a hundredth of the values.
+
+    Parameters
+    ----------
+    frames, filled, _ground, observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Percent of all pairs; NaN for one boid.
     """
     n, reach = frames.bodies.shape[2], observation.contact_distance
     for f in range(filled):
@@ -224,11 +278,18 @@ def elongation(
     observation: Observation,
     values: Floats,
 ) -> None:
-    """(a - b) / (a + b), a and b the standard deviations of the largest flock's
-    positions along and across its course.
+    """Compute the elongation (a - b) / (a + b) of the largest flock.
 
-    1 for a column, 0 for a round flock, -1 for a broad front; NaN for fewer than three
-    boids or without a course.
+    The lengths a and b are the standard deviations of the positions of its boids along
+    and across the course of the flock.
+
+    Parameters
+    ----------
+    frames, filled, _ground, observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        1 for a column, 0 for a round flock, -1 for a broad front; NaN for fewer
+        than three boids or without a course.
     """
     for f in range(filled):
         flock = labels(
@@ -260,8 +321,16 @@ def neighbours_ahead(
     observation: Observation,
     values: Floats,
 ) -> None:
-    """Share of the neighbours of moving boids that are ahead, within 90 degrees of the
-    course; NaN without any.
+    """Compute the fraction of the neighbours of moving boids that are ahead.
+
+    A neighbour is ahead within 90 degrees of the course of the boid.
+
+    Parameters
+    ----------
+    frames, filled, _ground, observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Percent of the neighbours of all moving boids; NaN without any.
     """
     n, reach2 = (
         frames.bodies.shape[2],

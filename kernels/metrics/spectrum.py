@@ -1,4 +1,4 @@
-"""The spectrum of the graph in which boids nearer than `flock_range` are joined."""
+"""Spectrum of the graph that joins boids nearer than `flock_range`."""
 
 import math
 
@@ -12,8 +12,8 @@ from kernels.settings import Observation
 from kernels.state import Floats
 
 BISECTIONS, SMALLEST = 60, 1e-30
-"""So many halve an interval to the rounding of its ends; a pivot that is 0 becomes this
-number.
+"""Number of bisections, which narrow an interval to the rounding of its ends, and the
+number that replaces a pivot of 0.
 """
 
 
@@ -25,12 +25,20 @@ def algebraic_connectivity(
     observation: Observation,
     values: Floats,
 ) -> None:
-    """The second smallest eigenvalue of the Laplacian of the graph: 0 where it has
-    several components, NaN for one boid. It takes about N^3 operations a frame.
+    """Compute the second smallest eigenvalue of the Laplacian of the graph.
+
+    It takes about N^3 operations per frame.
 
     M. Fiedler (1973), Algebraic connectivity of graphs, Czechoslovak Mathematical
     Journal 23, 298. By Householder's reflections and Sturm's sequence, as in G. Golub,
     C. Van Loan (2013), Matrix Computations, sections 8.3.1 and 8.4.1.
+
+    Parameters
+    ----------
+    frames, filled, _ground, observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Eigenvalue; 0 where the graph has several components, NaN for one boid.
     """
     n, reach = frames.bodies.shape[2], observation.flock_range
     matrix = np.zeros((n, n))
@@ -60,8 +68,9 @@ def _laplacian(x: Floats, y: Floats, reach: float, matrix: Floats) -> None:
 
 @jit
 def _tridiagonal(matrix: Floats, work: Floats, beside: Floats) -> None:
-    """Turn a symmetric matrix (n, n) into a tridiagonal one with the same eigenvalues:
-    its diagonal stays in place, and what is beside it comes into `beside`.
+    """Turn a symmetric matrix (n, n) into a tridiagonal one with the same eigenvalues.
+
+    Its diagonal stays in place, and the secondary diagonal is written into `beside`.
     """
     n = work.size
     for k in range(n - 1):
@@ -80,8 +89,9 @@ def _tridiagonal(matrix: Floats, work: Floats, beside: Floats) -> None:
 
 @jit
 def _reflect(matrix: Floats, k: int, length: float, work: Floats) -> None:
-    """Reflect what is right of and below column k by the vector v below its diagonal,
-    whose square is `length`: A - v w' - w v'.
+    """Reflect the part right of and below column k: A - v w' - w v'.
+
+    The vector v is below the diagonal of the column; its square is `length`.
     """
     n = work.size
     along = 0.0
@@ -100,8 +110,10 @@ def _reflect(matrix: Floats, k: int, length: float, work: Floats) -> None:
 
 @jit
 def _second_smallest(matrix: Floats, beside: Floats) -> float:
-    """The second smallest eigenvalue of a tridiagonal matrix, none of whose eigenvalues
-    is below 0: where the number of those below first becomes two.
+    """Return the second smallest eigenvalue of a tridiagonal matrix.
+
+    None of its eigenvalues is below 0. It is the point from which on two
+    eigenvalues are below, found by bisection.
     """
     n = matrix.shape[0]
     low, high = 0.0, 0.0

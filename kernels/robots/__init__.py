@@ -1,18 +1,17 @@
-"""Boids as robots: what they measure and hear, how they follow the velocity that their
-model wants, which of them fail, and the wind that carries them.
+"""Boids as robots: sensing, communication, actuation, failures, and wind.
 
-robots      what all layers share
-purposes    what their random numbers are for
-senses      what a flight keeps of what its boids know
+robots      layers between a model and its boids
+purposes    addresses of their random numbers
+senses      state of the senses of a flock
 sensing     what a boid knows of others and of itself
-hearing     of whom it hears
-occlusion   what hides others from it
-breakdowns  which boids fail, when and how
-motors      what limits the motors of each boid
-actuation   how a boid follows the velocity that its model wants
+hearing     boids of which a boid hears
+occlusion   obstacles and bodies that hide boids
+breakdowns  failures of boids
+motors      limits of the motors of each boid
+actuation   how a boid follows the velocity that its model commands
 spreads     parameters of a model that differ from robot to robot
-differing   which of them a robot has
-readers     which of them its model reads robot by robot
+differing   parameters of one robot
+readers     parameters that a model reads robot by robot
 abilities   what the robots of a model can do
-wind        how the medium moves that carries all boids
+wind        motion of the medium that carries all boids
 """

@@ -1,6 +1,6 @@
-"""What robots of a model can do: measure, hear, be driven, go to several goals, differ.
+"""Abilities of robots: measure, hear, be driven, go to several goals, differ.
 
-A model declares it. A declaration only narrows what the source of the model does: to
+A model declares them. A declaration only narrows what the source of the model does: to
 claim more would give wrong numbers. `sweep check` reports where both differ. Where a
 model declares nothing, the source decides.
 """
@@ -22,7 +22,7 @@ from kernels.state import remember
 
 
 class Abilities(NamedTuple):
-    """What robots of a model can do; each is a field of `Model`.
+    """Abilities of the robots of a model; each is a field of `Model`.
 
     Attributes
     ----------
@@ -50,12 +50,12 @@ CALLS = {"publishes": "publish", "drives": "drive", "goals_in_turn": "goal_of"}
 
 def abilities(model: Model) -> Abilities:
     """Return what the source of a model does and the model does not declare away."""
-    found = in_source(model)
-    shared = {*found.shared, *(model.shared or ())}
+    source = in_source(model)
+    shared = {*source.shared, *(model.shared or ())}
     return Abilities(
-        found.publishes and model.publishes is not False,
-        found.drives and model.drives is not False,
-        found.goals_in_turn and model.goals_in_turn is not False,
+        source.publishes and model.publishes is not False,
+        source.drives and model.drives is not False,
+        source.goals_in_turn and model.goals_in_turn is not False,
         tuple(name for name in model.params._fields if name in shared),
     )
 
@@ -92,9 +92,9 @@ def in_source(model: Model) -> Abilities:
 
 def to_declare(model: Model) -> str:
     """Return what to add to a `Model` that does not declare all of it, or ""."""
-    found = in_source(model)._asdict()
+    source = in_source(model)._asdict()
     missing = [name for name, value in declared(model).items() if value is None]
-    return ", ".join(f"{name}={found[name]!r}" for name in missing)
+    return ", ".join(f"{name}={source[name]!r}" for name in missing)
 
 
 def _is_float(hint: Any) -> bool:
@@ -112,10 +112,10 @@ def to_publish(advance: Callable[..., bool]) -> str:
             called = plain_of(named_by(node.func, plain.__globals__))
             if called is plain_of(remember):
                 line = plain.__code__.co_firstlineno + node.lineno - 1
-                flock, others = map(ast.unparse, _in_order(node, called))
+                flock, copy = map(ast.unparse, _in_order(node, called))
                 return (
                     f"in {Path(plain.__code__.co_filename).name}:{line} write"
-                    f" publish({flock}, {others}, work) for {ast.unparse(node)}"
+                    f" publish({flock}, {copy}, work) for {ast.unparse(node)}"
                 )
     return ""
 

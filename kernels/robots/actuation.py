@@ -1,4 +1,4 @@
-"""How a boid follows the velocity that its model wants: a lag, limits, wheels, noise.
+"""Actuation of a boid that follows a commanded velocity: lag, limits, wheels, noise.
 
 A first-order lag, then a limit of the acceleration, then noise outside of the loop: so
 do motors of the program of G. Vasarhelyi et al. (2018), Optimized flocking of
@@ -23,13 +23,25 @@ from kernels.workspace import Workspace
 def drive(
     work: Workspace, i: int, vx: float, vy: float, wanted_x: float, wanted_y: float
 ) -> tuple[float, float]:
-    """The velocity that boid `i` gets in this step, which had (vx, vy) and whose model
-    wants another one. To be called once for each boid and step.
+    """Return the velocity that a boid reaches in this step, as its motors allow.
 
-    A boid that has stopped gets none, and one that drifts keeps what it has. Others
-    come nearer to what is wanted by the lag; then their acceleration is limited, then
-    their turn, then their speed: where two limits contradict each other, the later one
-    holds. Noise is added last, outside of all limits.
+    It must be called once for each boid and step: it counts calls and keeps headings.
+
+    A boid that has stopped has the velocity zero, and one that drifts keeps its
+    velocity. Others approach the commanded velocity by the lag. Then their acceleration
+    is limited, then their turn, then their speed: where two limits contradict each
+    other, the later one holds. Noise is added last, outside of all limits.
+
+    Parameters
+    ----------
+    work : Workspace
+        Its headings and its count of calls change.
+    i : int
+        Index of the boid.
+    vx, vy : float
+        Velocity of the boid.
+    wanted_x, wanted_y : float
+        Velocity that the model commands.
     """
     return _driven(work.robots.motors, work, i, vx, vy, wanted_x, wanted_y)
 
@@ -82,11 +94,11 @@ def _velocity(
     old_x: float,
     old_y: float,
 ) -> tuple[float, float]:
-    """The velocity, before noise, of a boid that can move in any direction and has the
-    heading `old`.
+    """Return the velocity, before noise, of a boid that can move in any direction.
 
-    v + (w - v) (1 - exp(-dt / lag)) is the exact solution of v' = (w - v) / lag. A boid
-    at rest turns, and gets its least speed, from the heading that it had last.
+    Its heading before is `old`. v + (w - v) (1 - exp(-dt / lag)) is the exact solution
+    of v' = (w - v) / lag. A boid at rest turns, and gets its least speed, from its last
+    heading.
     """
     kept = motors.kept[i]
     x, y = wanted_x + (vx - wanted_x) * kept, wanted_y + (vy - wanted_y) * kept
@@ -106,8 +118,9 @@ def _velocity(
 def _heading(
     motors: Motors, i: int, old_x: float, old_y: float, to_x: float, to_y: float
 ) -> tuple[float, float]:
-    """The heading after a turn from `old` towards the direction of `to`; on wheels it
-    may be a turn on the spot.
+    """Return the heading after a turn from `old` towards the direction of `to`.
+
+    On wheels it may be a turn on the spot.
     """
     x, y = direction(to_x, to_y, old_x, old_y)
     if motors.turns:
@@ -117,8 +130,9 @@ def _heading(
 
 @jit
 def _speed(motors: Motors, i: int, before: float, aim: float) -> float:
-    """The speed of a boid on wheels, which wants `aim`: its lag and its limits are
-    those of the speed.
+    """Return the speed of a boid on wheels for the target speed `aim`.
+
+    Its lag and its limits apply to the speed.
     """
     speed = aim + (before - aim) * motors.kept[i]
     speed = max(before - motors.change[i], min(speed, before + motors.change[i]))

@@ -1,4 +1,4 @@
-"""Which boids fail, when and how."""
+"""Failures of boids: how many fail, when and how."""
 
 import math
 from typing import NamedTuple
@@ -15,12 +15,18 @@ from kernels.state import Floats
 
 STOP, DRIFT, SILENT, BLIND = range(len(FAILURES))
 CLOSE = 1e-9
-"""Times that differ by less, as parts of a step, are the same."""
+"""Tolerance of times, in steps: times that differ by less are equal."""
 
 
 class Failing(NamedTuple):
-    """`fails_at` (N,) is for each boid the number of steps done when it fails, or
-    NEVER, and `how` what all that fail do.
+    """Failures of N boids.
+
+    Attributes
+    ----------
+    fails_at : array of int, shape (N,)
+        Number of steps done when each boid fails, or NEVER.
+    how : int
+        Failure of all boids that fail: STOP, DRIFT, SILENT or BLIND.
     """
 
     fails_at: NDArray[np.int64]
@@ -28,20 +34,26 @@ class Failing(NamedTuple):
 
     @property
     def moves(self) -> bool:
-        """Whether some boid moves otherwise than its model wants."""
+        """Return whether some boid stops or drifts, whatever its model commands."""
         return self.how in (STOP, DRIFT) and bool((self.fails_at < NEVER).any())
 
     @property
     def unheard(self) -> bool:
-        """Whether some boid hears of nobody, or nobody of it."""
+        """Return whether some boid becomes silent or blind."""
         return self.how in (SILENT, BLIND) and bool((self.fails_at < NEVER).any())
 
     def silent_from(self) -> NDArray[np.int64]:
-        """The steps (N,), counted from 0, from which nobody sees a boid, or NEVER."""
+        """Return the steps (N,) from which nobody sees a boid, or NEVER.
+
+        Steps count from 0.
+        """
         return self._from(SILENT)
 
     def blind_from(self) -> NDArray[np.int64]:
-        """The steps (N,), counted from 0, from which a boid sees nobody, or NEVER."""
+        """Return the steps (N,) from which a boid sees nobody, or NEVER.
+
+        Steps count from 0.
+        """
         return self._from(BLIND)
 
     def _from(self, how: int) -> NDArray[np.int64]:
@@ -51,13 +63,24 @@ class Failing(NamedTuple):
 
 
 def failing(settings: Breakdowns, key: ChanceKey, n: int, dt: float) -> Failing:
-    """Which of `n` boids fail, and in which step of length `dt`.
+    """Draw the boids that fail, and the step in which they do.
 
-    So many boids fail as the share of all says, rounded, and not each with a
-    probability: then the number varies from trial to trial only if a study says so. It
-    is the boids with the least random numbers, so that those who fail at a smaller
-    share do so at a larger one. Their first failed step is the first one that begins at
-    `failing_time` or later.
+    Their number is the fraction of all boids, rounded. It is no probability for each
+    boid: then the number would vary from trial to trial. The boids with the least
+    random numbers fail, so that boids that fail at a smaller fraction also fail at a
+    larger one. Their first failed step is the first one that begins at `failing_time`
+    or later.
+
+    Parameters
+    ----------
+    settings : Breakdowns
+        Fraction of boids that fail, time and kind of the failure.
+    key : ChanceKey
+        Key of the random numbers.
+    n : int
+        Number of boids.
+    dt : float
+        Time of a step.
     """
     count = math.floor(settings.failing_share * n + 0.5)
     fails_at = never(n)
@@ -71,6 +94,6 @@ def failing(settings: Breakdowns, key: ChanceKey, n: int, dt: float) -> Failing:
 
 @jit
 def _draw(key: ChanceKey, drawn: Floats) -> None:
-    """A uniform number for each boid, which depends on nothing but its index."""
+    """Draw a uniform number for each boid, which depends only on key and index."""
     for i in range(drawn.size):
         drawn[i] = chance(key, i, 0, 0, FAILS)

@@ -1,4 +1,4 @@
-"""Which parameters a robot has, where those of its model differ from robot to robot."""
+"""Parameters of one robot, where they differ from robot to robot."""
 
 from typing import TypeVar
 
@@ -11,8 +11,17 @@ P = TypeVar("P")
 
 @jit
 def params_of(params: P, work: Workspace, i: int) -> P:
-    """The parameters of boid `i`: `params`, those of its model, unless some of them
-    differ from robot to robot.
+    """Return the parameters of boid `i`.
+
+    Parameters
+    ----------
+    params : NamedTuple
+        Parameters of the model, returned unless some of them differ from robot to
+        robot.
+    work : Workspace
+        Its `robots.rows` hold the parameters that differ.
+    i : int
+        Index of the boid.
     """
     return _params_of(work.robots.rows, params, i)
 

@@ -1,5 +1,7 @@
-"""Of whom among those in sight a boid hears: radio range, lost packets, what hides
-them, and boids that fail.
+"""Communication: the boids in sight of which a boid hears.
+
+Limits are the radio range, lost packets, obstacles and bodies that hide boids, and
+failures.
 """
 
 import math
@@ -21,11 +23,22 @@ from kernels.state import World
 
 @jit
 def heard(senses: Senses | None, world: World, i: int, near: Near, found: int) -> int:
-    """Keep in `near` those of the `found` boids of whom boid `i` hears, in their order,
-    and return how many they are.
+    """Keep in `near` the boids of which a boid hears, and return their number.
 
-    No bit depends on how they were found: whether a packet is lost is a hash of the
-    step of the sample and of both boids.
+    They stay in their order. The result does not depend on the search that found them:
+    the loss of a packet is a hash of the step of the sample and of both boids.
+
+    Parameters
+    ----------
+    senses : Senses or None
+        Senses of the flock; with None the boid hears of all.
+    world : World
+    i : int
+        Index of the boid that hears.
+    near : Near
+        Boids in sight, changed in place.
+    found : int
+        Number of boids in sight.
     """
     if senses is None:
         return found
@@ -34,8 +47,10 @@ def heard(senses: Senses | None, world: World, i: int, near: Near, found: int) -
 
 @jit_apart
 def _keep_heard(senses: Senses, world: World, i: int, near: Near, found: int) -> int:
-    """`heard` for boids with senses: first whose packets arrive, then who of them is
-    hidden, which costs more.
+    """Do the work of `heard` for boids with senses.
+
+    It first finds the boids whose packets arrive, then which of them are hidden, which
+    costs more.
     """
     kept, furthest2 = 0, 0.0
     for k in range(found):
@@ -57,7 +72,7 @@ def _keep_heard(senses: Senses, world: World, i: int, near: Near, found: int) ->
 
 @jit
 def _keep(near: Near, k: int, kept: int) -> None:
-    """Move the neighbour at place `k` to place `kept`."""
+    """Move the neighbour at index `k` to index `kept`."""
     near.boid[kept] = near.boid[k]
     near.dx[kept], near.dy[kept] = near.dx[k], near.dy[k]
     near.distance2[kept] = near.distance2[k]
@@ -65,8 +80,17 @@ def _keep(near: Near, k: int, kept: int) -> None:
 
 @jit
 def hears_of(senses: Senses | None, world: World, i: int, j: int) -> bool:
-    """Whether boid `i` hears of boid `j`: for a rule about a boid that no search has
-    found.
+    """Return whether boid `i` hears of boid `j`.
+
+    It serves a rule about a boid that no search has found.
+
+    Parameters
+    ----------
+    senses : Senses or None
+        Senses of the flock; with None the boid hears of all.
+    world : World
+    i, j : int
+        Indices of the boid that hears and of the other boid.
     """
     if senses is None:
         return True
@@ -75,8 +99,17 @@ def hears_of(senses: Senses | None, world: World, i: int, j: int) -> bool:
 
 @jit
 def hears(senses: Senses, world: World, i: int, j: int) -> bool:
-    """Whether boid `i` hears of boid `j`, by where both truly were at the last
-    sample.
+    """Return whether boid `i` hears of boid `j`.
+
+    Their true positions at the last sample decide.
+
+    Parameters
+    ----------
+    senses : Senses
+        Senses of the flock.
+    world : World
+    i, j : int
+        Indices of the boid that hears and of the other boid.
     """
     arrives, distance2 = _arrives(senses, world, i, j)
     if not arrives:
@@ -90,8 +123,9 @@ def hears(senses: Senses, world: World, i: int, j: int) -> bool:
 def _is_hidden(
     senses: Senses, world: World, i: int, j: int, obstacles: int, bodies: int
 ) -> bool:
-    """Whether boid `j` is hidden from boid `i` by one of so many obstacles and bodies
-    that can be between them.
+    """Return whether boid `j` is hidden from boid `i`.
+
+    `obstacles` and `bodies` are the numbers of those that can be between them.
     """
     dx, dy = way_between(senses, world, i, j)
     if is_behind_obstacle(senses, world, i, obstacles, dx, dy):
@@ -101,12 +135,12 @@ def _is_hidden(
 
 @jit
 def _arrives(senses: Senses, world: World, i: int, j: int) -> tuple[bool, float]:
-    """Whether a packet of boid `j` arrives at boid `i` if nothing is between them, and
-    the square of their distance.
+    """Return whether a packet from `j` arrives at `i`, and their squared distance.
 
-    A packet is lost with the probability packet_loss (d / packet_loss_range)^2, at most
-    1: G. Vasarhelyi et al. (2018), Optimized flocking of autonomous drones in confined
-    environments, Science Robotics 3, eaat3536, as their simulator has it.
+    Obstacles and bodies between both boids are left out. A packet is lost with the
+    probability packet_loss (d / packet_loss_range)^2, at most 1: G. Vasarhelyi et al.
+    (2018), Optimized flocking of autonomous drones in confined environments, Science
+    Robotics 3, eaat3536, as their simulator has it.
     """
     dx, dy = way_between(senses, world, i, j)
     distance2 = dx * dx + dy * dy
@@ -123,7 +157,7 @@ def _arrives(senses: Senses, world: World, i: int, j: int) -> tuple[bool, float]
 
 @jit
 def _is_lost(senses: Senses, i: int, j: int, distance2: float) -> bool:
-    """Whether boid `i` has lost the packet of `j` in the last sample."""
+    """Return whether boid `i` has lost the packet of `j` in the last sample."""
     scale2 = senses.packet_loss_range * senses.packet_loss_range
     share = 1.0 if scale2 == math.inf else distance2 / scale2
     drawn = chance(senses.key, senses.times[SAMPLED], i, j, LOSS)

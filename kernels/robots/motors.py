@@ -1,4 +1,4 @@
-"""What limits the motors of boids, robot by robot."""
+"""Limits of the motors of boids, robot by robot."""
 
 import math
 from typing import NamedTuple
@@ -14,13 +14,25 @@ from kernels.state import Floats
 
 
 class Motors(NamedTuple):
-    """The motors of N boids for steps of one length; arrays are (N,).
+    """Motors of N boids for steps of one length.
 
-    `kept` is the part of the difference from the wanted velocity that is left after a
-    step, `change` the most that a velocity changes in it, `cosine` and `sine` are those
-    of the most that a heading turns in it, `least` and `most` the limits of the speed.
-    `changes` and `turns` say whether there are such limits. `noise` is the standard
-    deviation of what a step adds to each component.
+    Attributes
+    ----------
+    wheels : bool
+        Whether boids move only along their heading.
+    changes, turns : bool
+        Whether the change of the velocity and the turn of the heading have limits.
+    noise : float
+        Standard deviation of the noise of a step, of each component of the velocity.
+    kept : array of float, shape (N,)
+        Fraction of the difference from the commanded velocity that remains after a
+        step.
+    change : array of float, shape (N,)
+        Greatest change of the velocity in a step.
+    cosine, sine : array of float, shape (N,)
+        Cosine and sine of the greatest turn of the heading in a step.
+    least, most : array of float, shape (N,)
+        Limits of the speed.
     """
 
     wheels: bool
@@ -36,7 +48,7 @@ class Motors(NamedTuple):
 
 
 def motors_are_ideal(settings: Actuation) -> bool:
-    """Whether boids get the velocities that their model wants."""
+    """Return whether boids have the velocities that their model commands."""
     return (
         settings.motor_lag == 0.0
         and settings.motor_acceleration == math.inf
@@ -51,12 +63,24 @@ def motors_are_ideal(settings: Actuation) -> bool:
 def build_motors(
     settings: Actuation, some_fail: bool, key: ChanceKey, n: int, dt: float
 ) -> Motors | None:
-    """The motors of `n` boids, for steps of length `dt`; `some_fail` says that some
-    boids stop or drift. None where all move as their model wants: then kernels are
-    compiled without any of this.
+    """Return the motors of a flock, None where all boids move as their model commands.
 
-    With motor_spread s each robot has factors exp(s z) of its own, with standard normal
-    numbers z, of its lag, its acceleration, its turn rate and both limits of its speed.
+    With None kernels are compiled without motors. With motor_spread s each robot has
+    factors exp(s z) of its own, with standard normal numbers z: of its lag, of its
+    acceleration, of its turn rate and of both limits of its speed.
+
+    Parameters
+    ----------
+    settings : Actuation
+        Lag, limits, noise and spread of the motors.
+    some_fail : bool
+        Whether some boids stop or drift.
+    key : ChanceKey
+        Key of the random factors.
+    n : int
+        Number of boids.
+    dt : float
+        Time of a step.
     """
     if motors_are_ideal(settings) and not some_fail:
         return None
@@ -82,7 +106,7 @@ def build_motors(
 
 
 def _factors(spread: float, key: ChanceKey, n: int) -> Floats:
-    """Four factors of each robot, (4, N)."""
+    """Return four factors of each robot, (4, N)."""
     factors = np.ones((4, n))
     if spread > 0.0:
         _draw(key, spread, factors)
@@ -91,7 +115,7 @@ def _factors(spread: float, key: ChanceKey, n: int) -> Floats:
 
 @jit
 def _draw(key: ChanceKey, spread: float, factors: Floats) -> None:
-    """Factors that depend on nothing but the spread and the index of a robot."""
+    """Draw factors that depend only on the key, the spread and the index of a robot."""
     for i in range(factors.shape[1]):
         for k in range(0, 4, 2):
             one, other = normals(key, i, k, 0, FACTOR)

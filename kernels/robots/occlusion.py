@@ -1,4 +1,4 @@
-"""What hides a boid from another: obstacles, and the bodies of boids between them."""
+"""Occlusion: obstacles and bodies of boids that hide a boid from another."""
 
 from kernels.jit import jit
 from kernels.polygons import is_polygon, meets_polygon
@@ -7,15 +7,26 @@ from kernels.state import Corners, World
 from kernels.torus import nearest_image
 
 BEYOND = 1.0 + 1e-9
-"""A factor of lengths and of their squares, by far more than their rounding."""
+"""Factor of lengths and of their squares, above 1 by far more than their rounding."""
 
 
 @jit
 def obstacles_within(senses: Senses, world: World, i: int, length2: float) -> int:
-    """Keep in `senses.hiding` all obstacles that can be between boid `i` and boids up
-    to the square root of `length2` away, in `senses.shift` how far each is shifted, and
-    return how many they are: none where obstacles do not hide. On a torus that is seen
-    across its borders there are those beyond them too.
+    """Keep the obstacles that can hide boids from a boid, and return their number.
+
+    They are written into `senses.hiding`, and their shifts into `senses.shift`. There
+    are none where obstacles do not hide. In a periodic world in which boids see across
+    the borders, the obstacles beyond the borders are included.
+
+    Parameters
+    ----------
+    senses : Senses
+        Senses of the flock; its room for obstacles changes.
+    world : World
+    i : int
+        Index of the boid that looks.
+    length2 : float
+        Square of the distance up to which other boids matter.
     """
     found = 0
     if senses.obstacles_hide:
@@ -42,8 +53,10 @@ def _is_near(
     to_y: float,
     length2: float,
 ) -> bool:
-    """Whether the rectangle about obstacle `m` with its middle at (to_x, to_y) comes as
-    near to 0 as the square root of `length2`. What is outside an arena is everywhere.
+    """Return whether an obstacle comes as near to 0 as the square root of `length2`.
+
+    The obstacle is represented by its rectangle, with the middle at (to_x, to_y). The
+    outside of an arena is everywhere.
     """
     if corners is not None and corners.is_arena[m]:
         return True
@@ -56,8 +69,19 @@ def _is_near(
 def is_behind_obstacle(
     senses: Senses, world: World, i: int, count: int, dx: float, dy: float
 ) -> bool:
-    """Whether one of the first `count` obstacles of `obstacles_within` is on the way
-    (dx, dy) from the middle of boid `i`.
+    """Return whether an obstacle of `obstacles_within` is on the way from a boid.
+
+    Parameters
+    ----------
+    senses : Senses
+        Senses of the flock.
+    world : World
+    i : int
+        Index of the boid that looks, at the beginning of the way.
+    count : int
+        Number of obstacles.
+    dx, dy : float
+        Way from the boid, in lengths.
     """
     x, y = senses.place[0, i], senses.place[1, i]
     for k in range(count):
@@ -78,8 +102,9 @@ def _meets(
     dx: float,
     dy: float,
 ) -> bool:
-    """Whether the way (dx, dy) from (x, y) leads through obstacle `m` at a place that
-    is `off` its own.
+    """Return whether the way (dx, dy) from (x, y) leads through a shifted obstacle.
+
+    The obstacle `m` is shifted by `off`.
     """
     to_x = world.obstacle_x[m] + off[0] - x
     to_y = world.obstacle_y[m] + off[1] - y
@@ -96,17 +121,30 @@ def _meets(
 
 @jit
 def _is_beside(way: float, middle: float, half: float) -> bool:
-    """Whether along one axis all of a `way` from 0 is beside what reaches `half` to
-    both sides of its `middle`, by more than numbers are rounded.
+    """Return whether a way passes beside an extent, along one axis.
+
+    The way begins at 0, and the extent reaches `half` to both sides of its `middle`.
+    The distance must be larger than rounding.
     """
     return abs(middle - 0.5 * way) > (0.5 * abs(way) + half) * BEYOND
 
 
 @jit
 def bodies_within(senses: Senses, world: World, i: int, length2: float) -> int:
-    """Keep in `senses.bodies` the ways from boid `i` to all bodies that can be between
-    it and boids up to the square root of `length2` away, and return how many they are.
-    They can be so none where bodies do not hide.
+    """Keep the bodies that can hide boids from a boid, and return their number.
+
+    The ways to them are written into `senses.bodies`. There are none where bodies do
+    not hide.
+
+    Parameters
+    ----------
+    senses : Senses
+        Senses of the flock; its room for bodies changes.
+    world : World
+    i : int
+        Index of the boid that looks.
+    length2 : float
+        Square of the distance up to which other boids matter.
     """
     found = 0
     if senses.boids_hide:
@@ -121,11 +159,19 @@ def bodies_within(senses: Senses, world: World, i: int, length2: float) -> int:
 
 @jit
 def is_behind_body(senses: Senses, count: int, dx: float, dy: float) -> bool:
-    """Whether one of the first `count` bodies of `bodies_within` is between their boid
-    and the one at the end of the way (dx, dy): its middle is beside the way, and nearer
-    to it than body_radius.
+    """Return whether a body of `bodies_within` is between two boids.
 
-    Both ends are no middles beside the way: there `along` is 0 and `length2`.
+    The middle of such a body is beside the way, and nearer to it than body_radius. The
+    middles at both ends of the way are not beside it: there `along` is 0 and `length2`.
+
+    Parameters
+    ----------
+    senses : Senses
+        Senses of the flock.
+    count : int
+        Number of bodies.
+    dx, dy : float
+        Way from the boid that looks to the other one, in lengths.
     """
     length2 = dx * dx + dy * dy
     bound = senses.body_radius * senses.body_radius * length2
@@ -140,7 +186,17 @@ def is_behind_body(senses: Senses, count: int, dx: float, dy: float) -> bool:
 
 @jit
 def way_between(senses: Senses, world: World, i: int, j: int) -> tuple[float, float]:
-    """The way from boid `i` to boid `j`, by where both were at the last sample."""
+    """Return the way from boid `i` to boid `j` at the last sample.
+
+    Parameters
+    ----------
+    senses : Senses
+        Senses of the flock.
+    world : World
+        With `minimum_image` the way may cross its borders.
+    i, j : int
+        Indices of the boids.
+    """
     dx = senses.place[0, j] - senses.place[0, i]
     dy = senses.place[1, j] - senses.place[1, i]
     if world.minimum_image:
@@ -150,7 +206,17 @@ def way_between(senses: Senses, world: World, i: int, j: int) -> tuple[float, fl
 
 @jit
 def meets_disc(dx: float, dy: float, x: float, y: float, radius: float) -> bool:
-    """Whether the way (dx, dy) from 0 comes nearer than `radius` to (x, y)."""
+    """Return whether a way from 0 comes nearer than `radius` to (x, y).
+
+    Parameters
+    ----------
+    dx, dy : float
+        Way, in lengths.
+    x, y : float
+        Centre of the disc, in lengths.
+    radius : float
+        Radius of the disc.
+    """
     length2 = dx * dx + dy * dy
     share = (x * dx + y * dy) / length2 if length2 > 0.0 else 0.0
     share = min(max(share, 0.0), 1.0)
@@ -162,10 +228,20 @@ def meets_disc(dx: float, dy: float, x: float, y: float, radius: float) -> bool:
 def meets_rectangle(
     dx: float, dy: float, x: float, y: float, half_width: float, half_height: float
 ) -> bool:
-    """Whether the way (dx, dy) from 0 leads through the inside of the rectangle about
-    (x, y): whether there are parts of it, from 0 to 1, that are between both pairs of
-    its sides (Liang and Barsky 1984, A new concept and method for line clipping, ACM
-    Transactions on Graphics 3, 1-22).
+    """Return whether a way from 0 leads through the inside of a rectangle.
+
+    It does if a part of the way, from 0 to 1, is between both pairs of sides (Liang and
+    Barsky 1984, A new concept and method for line clipping, ACM Transactions on
+    Graphics 3, 1-22).
+
+    Parameters
+    ----------
+    dx, dy : float
+        Way, in lengths.
+    x, y : float
+        Centre of the rectangle, in lengths.
+    half_width, half_height : float
+        Half of its sides, in lengths.
     """
     first, last = 0.0, 1.0
     for d, middle, half in ((dx, x, half_width), (dy, y, half_height)):

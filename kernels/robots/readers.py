@@ -1,4 +1,4 @@
-"""Which parameters a model reads robot by robot, from its text."""
+"""The parameters that a model reads robot by robot, from its source."""
 
 import ast
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -15,46 +15,48 @@ Whose = Literal["robot", "flock"]
 
 
 class Read(NamedTuple):
-    """The parameters that functions read of one robot, and those that they read for the
-    whole flock.
-    """
+    """Parameters that functions read of one robot, and of the whole flock."""
 
     robot: frozenset[str]
     flock: frozenset[str]
 
 
 def parameters_read(model: Model) -> Read:
-    """Which parameters the `advance` of a model reads, itself or by functions of ours
-    that it calls, from what `params_of` gives, and which from what it is given. Flights
-    read some of the flock themselves.
+    """Return the parameters that a model reads robot by robot, and of the flock.
+
+    Its `advance` reads those of a robot from `params_of`, the others from its argument.
+    Functions of ours that it calls count too. Each trial reads some of the flock
+    itself.
     """
     return _read(model.advance)
 
 
 @cache
 def _read(advance: Callable[..., bool]) -> Read:
-    plain, robot, flock = plain_of(advance), set[str](), set[str]()
+    plain = plain_of(advance)
     if not is_ours(plain):
         return Read(frozenset(), frozenset())
-    found = [*_attributes(plain, _third(plain), set())]
-    found += _attributes(flight.begin, {"params": "flock"}, set())
-    for name, whose in found:
+    robot = set[str]()
+    flock = set[str]()
+    reads = [*_attributes(plain, _third(plain), set())]
+    reads += _attributes(flight.begin, {"params": "flock"}, set())
+    for name, whose in reads:
         (robot if whose == "robot" else flock).add(name)
     return Read(frozenset(robot), frozenset(flock))
 
 
 def _third(plain: Callable[..., bool]) -> dict[str, Whose]:
-    """What `advance` calls the parameters, which are its third argument."""
+    """Return the name that `advance` gives the parameters, its third argument."""
     return dict.fromkeys(plain.__code__.co_varnames[2:3], "flock")
 
 
 def potential_of(model: Model) -> frozenset[str]:
-    """The parameters on which the pair potential of a model depends."""
+    """Return the parameters on which the pair potential of a model depends."""
     if model.pair_potential is None:
         return frozenset()
     plain = plain_of(model.pair_potential)
-    given = plain.__code__.co_varnames[0]
-    return frozenset(name for name, _ in _attributes(plain, {given: "flock"}, set()))
+    params = plain.__code__.co_varnames[0]
+    return frozenset(name for name, _ in _attributes(plain, {params: "flock"}, set()))
 
 
 LINE = "robot = params_of(params, work, i)"
@@ -62,21 +64,21 @@ Met = set[tuple[Callable[..., Any], frozenset[tuple[str, Whose]]]]
 
 
 def _attributes(
-    plain: Callable[..., Any], given: Mapping[str, Whose], met: Met
+    plain: Callable[..., Any], arguments: Mapping[str, Whose], met: Met
 ) -> Iterator[tuple[str, Whose]]:
-    """The names of all parameters that a plain function reads, with whose they are,
-    where its arguments `given` are parameters. `met` has the functions that were looked
-    at.
+    """Find the names of all parameters that a plain function reads, and whose they are.
+
+    Its `arguments` are those that hold parameters. `met` are the visited functions.
     """
-    key = plain, frozenset(given.items())
+    key = plain, frozenset(arguments.items())
     if key in met:
         return
     met.add(key)
-    assignments, others = _nodes(plain)
-    known = dict(given)
+    assignments, attributes_and_calls = _nodes(plain)
+    known = dict(arguments)
     while more := {*_bound(assignments, plain, known)} - known.items():
         known.update(more)
-    for node in others:
+    for node in attributes_and_calls:
         match node:
             case ast.Attribute(ast.Name(name), read) if name in known:
                 yield read, known[name]
@@ -91,8 +93,9 @@ def _attributes(
 def _nodes(
     plain: Callable[..., Any],
 ) -> tuple[list[ast.Assign], list[ast.Attribute | ast.Call]]:
-    """The assignments of a function, and what it reads of names and calls. Models have
-    most functions in common.
+    """Return the assignments of a function, and the attributes and calls in it.
+
+    They are cached, as models have most functions in common.
     """
     nodes = list(ast.walk(tree_of(plain)))
     return (
@@ -104,7 +107,7 @@ def _nodes(
 def _whose(
     node: ast.expr, plain: Callable[..., Any], known: Mapping[str, Whose]
 ) -> Whose | None:
-    """Whose parameters an expression is, None where it is none."""
+    """Return whose parameters an expression is, None where it is none."""
     match node:
         case ast.Name(name):
             return known.get(name)
@@ -119,7 +122,7 @@ def _bound(
     plain: Callable[..., Any],
     known: Mapping[str, Whose],
 ) -> Iterator[tuple[str, Whose]]:
-    """The names to which a function gives parameters."""
+    """Find the names to which a function assigns parameters."""
     for node in assignments:
         for target in node.targets:
             for name, value in _pairs(target, node.value):
@@ -132,8 +135,8 @@ def _pairs(target: ast.expr, value: ast.expr) -> Iterator[tuple[str, ast.expr]]:
         case ast.Name(name), _:
             yield name, value
         case ast.Tuple(targets), ast.Tuple(values):
-            for one, other in zip(targets, values, strict=False):
-                yield from _pairs(one, other)
+            for inner_target, inner_value in zip(targets, values, strict=False):
+                yield from _pairs(inner_target, inner_value)
 
 
 def _passed(
@@ -142,10 +145,10 @@ def _passed(
     plain: Callable[..., Any],
     known: Mapping[str, Whose],
 ) -> Iterator[tuple[str, Whose]]:
-    """Which arguments of a function that is called are parameters."""
+    """Find the arguments of a called function that are parameters."""
     names = called.__code__.co_varnames[: called.__code__.co_argcount]
     arguments = [*zip(names, node.args, strict=False)]
-    arguments += [(one.arg, one.value) for one in node.keywords if one.arg]
+    arguments += [(word.arg, word.value) for word in node.keywords if word.arg]
     for name, value in arguments:
         if whose := _whose(value, plain, known):
             yield name, whose

@@ -1,4 +1,4 @@
-"""What the layers between a model and its boids share."""
+"""The layers between a model and its boids."""
 
 from typing import Any, NamedTuple
 
@@ -16,8 +16,14 @@ from kernels.state import World
 
 
 class ChanceKeys(NamedTuple):
-    """Of the random numbers of a trial's robots: of who is made how, and of what
-    happens to them under way.
+    """Keys of the random numbers of the robots of a trial.
+
+    Attributes
+    ----------
+    made : ChanceKey
+        Key of the properties of each robot.
+    flown : ChanceKey
+        Key of the events during the trial.
     """
 
     made: ChanceKey
@@ -28,13 +34,23 @@ NO_KEYS = ChanceKeys(NO_KEY, NO_KEY)
 
 
 class Robots(NamedTuple):
-    """The layers of one flight.
+    """Layers of one trial.
 
-    `clock` (1,) counts the steps that have begun. Random numbers of the flight have an
-    address that begins with it, so that none depends on those before. `driven` (1,)
-    counts the calls of `drive` while there are `motors`, which are None where all boids
-    move as their model wants. `rows` have the parameters of each robot, and are empty
-    where all have those of the flock. `wind` is None where the medium is at rest.
+    Attributes
+    ----------
+    clock : array of int, shape (1,)
+        Number of steps that have begun. Random numbers of the trial have an address
+        that begins with it, so that no number depends on earlier ones.
+    driven : array of int, shape (1,)
+        Number of calls of `drive` while there are `motors`.
+    keys : ChanceKeys
+    failing : Failing
+    motors : Motors or None
+        None where all boids move as their model commands.
+    rows : Rows
+        Parameters of each robot, empty where all have those of the flock.
+    wind : Wind or None
+        None where the medium is at rest.
     """
 
     clock: NDArray[np.int64]
@@ -54,8 +70,21 @@ def build_robots(
     world: World,
     params: Any = None,
 ) -> Robots:
-    """The layers of `n` boids in `world`, at the start of a flight with steps of length
-    `dt`, of a model with these `params`.
+    """Return the layers of a flock at the start of a trial.
+
+    Parameters
+    ----------
+    settings : RobotSettings
+        Non-idealities of robots and medium.
+    keys : ChanceKeys
+        Keys of the random numbers.
+    n : int
+        Number of boids.
+    dt : float
+        Time of a step.
+    world : World
+    params : NamedTuple, optional
+        Parameters of the model; needed where some differ from robot to robot.
     """
     fails = failing(settings.breakdowns, keys.made, n, dt)
     return Robots(
@@ -70,8 +99,9 @@ def build_robots(
 
 
 def may_sense(settings: RobotSettings, dt: float) -> bool:
-    """Whether, in steps of `dt`, boids measure and hear: all of them, or those who fail
-    are not heard of, or hear of nobody.
+    """Return whether boids have senses in steps of `dt`.
+
+    They do where they measure and hear, and where boids that fail are silent or blind.
     """
     fails = settings.breakdowns
     unheard = fails.failing_share > 0.0 and fails.failing_how in (SILENT, BLIND)
@@ -79,9 +109,10 @@ def may_sense(settings: RobotSettings, dt: float) -> bool:
 
 
 def is_ideal(settings: RobotSettings, dt: float) -> bool:
-    """Whether, in steps of `dt`, boids know what is and do what their model wants, all
-    have the same parameters, none fails, and the medium is at rest: then no layer
-    changes a bit.
+    """Return whether no layer changes a number in steps of `dt`.
+
+    Then boids know the exact state and do as their model commands. All have the same
+    parameters, none fails, and the medium is at rest.
     """
     return (
         senses.is_ideal(settings.sensing, dt)

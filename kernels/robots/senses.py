@@ -1,4 +1,4 @@
-"""What a flight keeps of the senses of its boids: settings, errors, messages."""
+"""Senses of a flock during a trial: parameters, errors, messages."""
 
 import math
 from typing import NamedTuple
@@ -21,7 +21,7 @@ from kernels.settings import (
 from kernels.state import Floats, Flock, World, empty_flock, laid_out
 
 NEVER = np.iinfo(np.int64).max
-"""The step in which what does not happen happens."""
+"""Step of an event that does not happen."""
 NOT_BEGUN = -1
 NODES = (
     *(0.14887433898163122, 0.4333953941292472, 0.6794095682990244),
@@ -31,20 +31,30 @@ WEIGHTS = (
     *(0.29552422471475287, 0.26926671930999635, 0.21908636251598204),
     *(0.1494513491505806, 0.06667134430868814),
 )
-"""Of the Gauss-Legendre rule with ten nodes, half of them: the others have the other
-sign. It integrates a kick of a spring to rounding.
+"""Half of the Gauss-Legendre rule with ten nodes: the other nodes have the other sign.
+It integrates a kick of a spring to rounding.
 """
 SINCE, NOW, SAMPLED, SENT = range(4)
-"""Places in the times of Senses."""
+"""Indices into the `times` of Senses."""
 
 
 class ErrorLaw(NamedTuple):
-    """How the error (q, u) of a measured coordinate and of its velocity changes in a
-    step: (q, u) <- M (q, u) + L g, with g two independent standard normal numbers.
+    """Change in a step of the error of a coordinate and of its velocity.
 
-    M is (qq, qu; uq, uu), and L the lower triangle (from_q, 0; across, from_u). With
-    the standard deviations `position` and `velocity`, q and u independent, the errors
-    are stationary from the start on. `is_none` says that both are 0.
+    The errors (q, u) become M (q, u) + L g, with g two independent standard normal
+    numbers. With the standard deviations `position` and `velocity`, q and u
+    independent, the errors are stationary from the start on.
+
+    Attributes
+    ----------
+    is_none : bool
+        Whether both standard deviations are 0.
+    position, velocity : float
+        Standard deviations of q and u.
+    qq, qu, uq, uu : float
+        The matrix M, row by row.
+    from_q, across, from_u : float
+        The lower triangle L, (from_q, 0; across, from_u).
     """
 
     is_none: bool
@@ -60,22 +70,45 @@ class ErrorLaw(NamedTuple):
 
 
 class Senses(NamedTuple):
-    """What boids know, and of whom they hear; see kernels.robots.sensing.
+    """State and parameters of the senses of N boids; see kernels.robots.sensing.
 
-    `own` is what each knows of itself. `messages` (D + 1, 4, N) are x, y, vx and vy
-    that each has measured in the last steps, for a `delay` of D steps. `errors` (4, N)
-    are those of x, y, vx and vy that others see, `own_errors` (4, N) those that the
-    boid has itself. `place` (2, N) is where all were when others were last sampled,
-    which is done every `period` steps. `bodies` (2, N) is room for the ways to those
-    that may hide others from one boid; it is (2, 0) where bodies hide nobody. `hiding`
-    (R,) and `shift` (2, R) are such room for obstacles, R for all that can be.
-
-    `times` (4,) are steps, counted from 0: in which these senses begin, NOT_BEGUN
-    before; the step that is taken; that of the last sample; and that in which was sent
-    what is known since.
-
-    A boid whose number i is in no message from step `silent_from[i]` on; from
-    `blind_from[i]` on it knows of nobody.
+    Attributes
+    ----------
+    own : Flock
+        What each boid knows of itself.
+    messages : array of float, shape (D + 1, 4, N)
+        x, y, vx and vy that each boid has measured in the last steps, for a `delay` of
+        D steps.
+    errors, own_errors : array of float, shape (4, N)
+        Errors of x, y, vx and vy: those that others see, and those of a boid itself.
+    place : array of float, shape (2, N)
+        True positions when others were last sampled.
+    bodies : array of float, shape (2, N)
+        Room for the ways to bodies that may hide others from one boid; (2, 0) where
+        bodies hide nobody.
+    hiding, shift : array, shapes (R,) and (2, R)
+        Room for obstacles in the same way, R for all that can hide.
+    times : array of int, shape (4,)
+        Steps, counted from 0: the one in which the senses begin, NOT_BEGUN before; the
+        current one; that of the last sample; that in which the messages of that sample
+        were sent.
+    silent_from, blind_from : array of int, shape (N,)
+        Steps from which on a boid is in no message, and from which on it knows of
+        nobody.
+    key : ChanceKey
+        Key of errors and lost packets.
+    law : ErrorLaw
+    knows_itself, shares_errors : bool
+        Whether a boid knows itself exactly, and whether its own errors are those that
+        others see.
+    delay, period : int
+        Age of messages, and time between two samples, in steps.
+    radio_range, packet_loss, packet_loss_range : float
+        Parameters of Sensing.
+    obstacles_hide, boids_hide : bool
+        Whether obstacles and bodies hide boids.
+    body_radius : float
+        Radius of a boid that hides others.
     """
 
     own: Flock
@@ -104,12 +137,12 @@ class Senses(NamedTuple):
 
 
 def never(n: int) -> NDArray[np.int64]:
-    """The steps (N,) of what happens to none of `n` boids."""
+    """Return the steps (N,) of an event that happens to none of `n` boids."""
     return np.full(n, NEVER)
 
 
 def is_ideal(sensing: Sensing, dt: float) -> bool:
-    """Whether boids know exactly and at once what they see, in steps of `dt`."""
+    """Return whether boids know exactly and at once what they see, in steps of `dt`."""
     return (
         sensing.position_noise == 0.0
         and sensing.velocity_noise == 0.0
@@ -122,7 +155,7 @@ def is_ideal(sensing: Sensing, dt: float) -> bool:
 
 
 def steps_of(time: float, dt: float) -> int:
-    """How many steps of `dt` a time is, which is a whole number of them."""
+    """Return a time in steps of `dt`; the time is a multiple of `dt`."""
     return round(time / dt)
 
 
@@ -135,9 +168,23 @@ def build_senses(
     silent_from: NDArray[np.int64],
     blind_from: NDArray[np.int64],
 ) -> Senses | None:
-    """The senses of `n` boids at the start of a flight in steps of `dt`, of which these
-    are silent and blind from those steps (N,) on. None where boids know all that they
-    see: then kernels are compiled without any of this.
+    """Return the senses of a flock at the start of a trial, None where they are ideal.
+
+    With None boids know all that they see, and kernels are compiled without senses.
+
+    Parameters
+    ----------
+    sensing : Sensing
+        Noise, delay, range and occlusion.
+    n : int
+        Number of boids.
+    dt : float
+        Time of a step.
+    world : World
+    key : ChanceKey
+        Key of errors and lost packets.
+    silent_from, blind_from : array of int, shape (n,)
+        Steps from which on a boid is silent or blind, NEVER for a boid that works.
     """
     all_well = min(silent_from.min(), blind_from.min()) == NEVER
     if is_ideal(sensing, dt) and all_well:
@@ -175,8 +222,10 @@ def build_senses(
 
 
 def go_on_with(mine: Senses | None, earlier: Senses | None) -> bool:
-    """Let senses go on where `earlier` ones of as many boids are, if they remember the
-    same; else they begin anew in the next step. Whether they go on.
+    """Resume senses from `earlier` ones of as many boids; return whether they resume.
+
+    They do if both have the same law of errors and the same delay. Else they begin
+    again in the next step.
     """
     if mine is None or earlier is None:
         return False
@@ -191,15 +240,17 @@ def go_on_with(mine: Senses | None, earlier: Senses | None) -> bool:
 
 
 def error_law(sensing: Sensing, dt: float) -> ErrorLaw:
-    """The law of the errors of measurement in steps of `dt`.
+    """Return the law of the errors of measurement in steps of `dt`.
 
     Independent errors are AR(1) with the correlation exp(-dt / noise_time). Coupled
-    ones are the exact solution of dq = u dt, du = -(u / noise_time) dt - k q dt + noise
-    with k = (velocity_noise / position_noise)^2, a damped spring driven by white noise
-    (Uhlenbeck and Ornstein 1930, On the theory of the Brownian motion, Physical Review
-    36, 823-841, section IV). With the stationary covariance S = diag(position_noise^2,
-    velocity_noise^2) and M the exponential of the matrix of the equations times dt, the
-    covariance of what noise adds is S - M S M', so that S stays for any dt.
+    errors are the exact solution of dq = u dt, du = -(u / noise_time) dt - k q dt +
+    noise with k = (velocity_noise / position_noise)^2, a damped spring driven by white
+    noise (Uhlenbeck and Ornstein 1930, On the theory of the Brownian motion, Physical
+    Review 36, 823-841, section IV).
+
+    The stationary covariance is S = diag(position_noise^2, velocity_noise^2). With M
+    the exponential of the matrix of the equations times dt, the covariance of the added
+    noise is S - M S M', so that S stays for any dt.
     """
     place, pace, time = (
         sensing.position_noise,
@@ -224,7 +275,7 @@ def error_law(sensing: Sensing, dt: float) -> ErrorLaw:
 
 
 def _spring(time: float, k: float, dt: float) -> tuple[float, float, float, float]:
-    """The matrix exponential of (0, 1; -k, -1 / time) times `dt`, row by row."""
+    """Return the matrix exponential of (0, 1; -k, -1 / time) times `dt`, row by row."""
     rate = 0.5 / time
     square = rate * rate - k
     root = math.sqrt(abs(square))
@@ -239,15 +290,16 @@ def _spring(time: float, k: float, dt: float) -> tuple[float, float, float, floa
 
 
 def _kicks(time: float, k: float, dt: float) -> tuple[float, float, float]:
-    """The variance of q, the covariance and the variance of u that white noise of u
-    adds in `dt`: the integral of the outer product of what a kick of u becomes, the
-    second column of `_spring`.
+    """Return the variance of q, the covariance and the variance of u added in `dt`.
 
-    S - M S M' says the same, but loses nearly all digits where dt is short: there the
+    White noise of u adds them: they are the integral of the outer product of the
+    response to a kick of u, which is the second column of `_spring`.
+
+    S - M S M' is the same, but loses nearly all digits where dt is short: there the
     part of q is of the order of dt^3. So the integral is computed over a part of dt in
-    which the spring has hardly moved, and then doubled as often as needed, by sums
-    alone: that of 2 t is Q(t) + M(t) Q(t) M(t)'. There are sums of Python only, because
-    the order of NumPy's depends on the processor.
+    which the spring has hardly moved. It is then doubled as often as needed, by sums
+    alone: the integral over 2 t is Q(t) + M(t) Q(t) M(t)'. The sums are those of
+    Python, because the order of NumPy's sums depends on the processor.
     """
     fastest = max(1.0 / time, math.sqrt(k))
     doublings = max(0, math.frexp(fastest * dt)[1])

@@ -1,13 +1,13 @@
-"""What a boid knows of others and of itself.
+"""Sensing: knowledge of a boid about others and about itself.
 
-At the beginning of a step each boid measures where it is and how fast, and sends that.
-What others know of it is what it sent `sensing_delay` ago, as it was at the last sample
-of `sensing_period`; at first, what it sent at the start. It has errors of measurement,
-which go on from step to step. What it knows of itself has no delay.
+At the beginning of a step each boid measures its position and velocity, and sends them.
+Others know of it what it sent `sensing_delay` ago, as it was at the last sample of
+`sensing_period`; at first, what it sent at the start. Errors of measurement continue
+from step to step. What a boid knows of itself has no delay.
 
-A model calls `publish` at the beginning of each step. It reads of others what
-`others_of` gives, and of the boid itself what `own_of` gives, wherever a rule asks for
-it. The flock itself is where boids truly are: the model moves them from there.
+A model calls `publish` at the beginning of each step. It reads others from `others_of`,
+and the boid itself from `own_of`, wherever a rule asks for it. The flock itself holds
+the true positions: the model moves boids from there.
 """
 
 from kernels.chance import normals
@@ -23,17 +23,26 @@ from kernels.workspace import Workspace
 
 @jit
 def others_of(flock: Flock, work: Workspace, sequential: bool) -> Flock:
-    """What boids know of others: the flock itself in a `sequential` update, so that
-    later ones know the new state of earlier ones; else the flock before the step.
+    """Return the flock as boids know the others.
 
-    Where boids have senses it is what was sent before the step, in any update.
+    With senses it holds the messages sent before the step, in any update. Without
+    senses it is the flock before the step, or the flock itself in a sequential update,
+    so that later boids know the new state of earlier ones.
+
+    Parameters
+    ----------
+    flock : Flock
+        True state.
+    work : Workspace
+    sequential : bool
+        Whether boids are updated one after the other.
     """
     return flock if sequential and work.near.senses is None else work.before
 
 
 @jit
 def own_of(flock: Flock, work: Workspace) -> Flock:
-    """What boids know of themselves: `flock`, but for errors of measurement."""
+    """Return the flock as boids know themselves, with errors of measurement if any."""
     return _own_of(work.near.senses, flock)
 
 
@@ -46,15 +55,25 @@ def _own_of(senses: Senses | None, flock: Flock) -> Flock:
 
 @jit
 def is_measured(work: Workspace) -> bool:
-    """Whether boids have senses of their own, and do not know all that they see."""
+    """Return whether boids have senses, and so may not know all that they see."""
     return work.near.senses is not None
 
 
 @jit
 def publish(flock: Flock, others: Flock, work: Workspace) -> None:
-    """Before a step, let the wind carry `flock`, keep its velocities, and let boids
-    know of each other: fill `others`, which `others_of` gives, and what `own_of` gives.
-    Obstacles that move are put where they are after this step.
+    """Begin a step: let the wind carry the flock, and let boids know of each other.
+
+    It keeps the velocities before the step, and fills `others` and the flock of
+    `own_of`. It moves obstacles to their positions after this step. A model calls it
+    once per step.
+
+    Parameters
+    ----------
+    flock : Flock
+        True state; the wind changes it.
+    others : Flock
+        Flock of `others_of`, filled here.
+    work : Workspace
     """
     robots = work.robots
     blow(robots.wind, flock, work.grid, robots.keys.flown, robots.clock)
@@ -75,7 +94,7 @@ def _publish(
 
 @jit_apart
 def _send(senses: Senses, flock: Flock, others: Flock, grid: Grid, step: int) -> None:
-    """Let all measure and send, and receive what arrives in this step."""
+    """Let all boids measure and send, and receive the messages of this step."""
     _begin_step(senses, step)
     for i in range(flock.x.size):
         flock.previous_vx[i], flock.previous_vy[i] = flock.vx[i], flock.vy[i]
@@ -87,7 +106,7 @@ def _send(senses: Senses, flock: Flock, others: Flock, grid: Grid, step: int) ->
 
 @jit
 def _begin_step(senses: Senses, step: int) -> None:
-    """Note which step is taken, and whether others are sampled in it."""
+    """Note the current step, and whether others are sampled in it."""
     times = senses.times
     times[NOW] = step
     if times[SINCE] == NOT_BEGUN:
@@ -99,7 +118,7 @@ def _begin_step(senses: Senses, step: int) -> None:
 
 @jit
 def _slot(senses: Senses, step: int) -> int:
-    """Where the messages of a step are."""
+    """Return the index of the messages of a step."""
     return int((step - senses.times[SINCE]) % (senses.delay + 1))
 
 

@@ -1,4 +1,4 @@
-"""Parameters of a model that differ from robot to robot, as robots of one make do."""
+"""Parameters of a model that differ from robot to robot, as real robots differ."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -14,18 +14,30 @@ from kernels.settings import Spread
 from kernels.state import Floats
 
 Rows = tuple[()] | tuple[NDArray[Any]]
-"""A table (N,) with a record for each robot, the parameters of its model; empty where
-all have the same. numba leaves out a branch that depends on the length of a tuple.
+"""Table (N,) with one record per robot, its parameters; empty where all are the same.
+
+numba leaves out a branch that depends on the length of a tuple.
 """
 
 
 def build_rows(params: Any, spreads: Sequence[Spread], key: ChanceKey, n: int) -> Rows:
-    """The parameters of each of `n` robots, where those of the flock are `params`.
-    Where all have the same, kernels are compiled without any of this.
+    """Return the parameters of each robot, empty where all are the same.
 
-    With a deviation s each robot has the value times exp(s z), with a standard normal
-    number z of its own for each parameter. So the median is the value of the flock, and
-    at any deviation the same robots are above it.
+    With an empty table kernels are compiled without it. With a deviation s each robot
+    has the value times exp(s z), with a standard normal number z of its own for each
+    parameter. So the median is the value of the flock, and at any deviation the same
+    robots are above it.
+
+    Parameters
+    ----------
+    params : NamedTuple
+        Parameters of the flock.
+    spreads : sequence of Spread
+        Parameters that differ, with deviation and bounds.
+    key : ChanceKey
+        Key of the random factors.
+    n : int
+        Number of robots.
     """
     if not any(one.deviation > 0.0 for one in spreads):
         return ()
@@ -42,9 +54,7 @@ def build_rows(params: Any, spreads: Sequence[Spread], key: ChanceKey, n: int) -
 
 @jit
 def _draw(key: ChanceKey, deviation: float, number: int, factors: Floats) -> None:
-    """Factors that depend on nothing but the deviation, the number of a parameter and
-    the index of a robot.
-    """
+    """Draw factors that depend only on key, deviation, parameter and robot."""
     for i in range(factors.size):
         one, _ = normals(key, i, number, 0, PARAMETER)
         factors[i] = exp(deviation * one)

@@ -1,4 +1,4 @@
-"""How the medium moves in which boids are: a wind, and gusts.
+"""Motion of the medium that carries boids: wind, and gusts.
 
 The velocities of boids, and all that their models do with them, are relative to the
 medium. It has one velocity everywhere, by which it carries all boids at the beginning
@@ -27,12 +27,26 @@ from kernels.state import Floats, Flock, World
 
 
 class Wind(NamedTuple):
-    """The motion of the medium in steps of length `dt`, in a world of this size.
+    """Motion of the medium in steps of one length, in a world of one size.
 
-    `x` and `y` are the mean velocity, and `gust` the standard deviation of each
-    component of a gust. In a step the part `kept` of it is left, and `new` times a
-    standard normal number is added. `now` (2,) is the gust of the step to come, as a
-    multiple of `gust`.
+    Attributes
+    ----------
+    x, y : float
+        Mean velocity.
+    gust : float
+        Standard deviation of each component of a gust.
+    kept : float
+        Fraction of a gust that is left after a step.
+    new : float
+        Factor of the standard normal number that a step adds to `now`.
+    dt : float
+        Time of a step.
+    width, height : float
+        Size of the world.
+    borders : int
+        OPEN, TORUS or BOUNDED.
+    now : array of float, shape (2,)
+        Gust of the next step, as a multiple of `gust`.
     """
 
     x: float
@@ -48,14 +62,25 @@ class Wind(NamedTuple):
 
 
 def is_calm(medium: Medium) -> bool:
-    """Whether the medium is at rest."""
+    """Return whether the medium is at rest."""
     return medium.wind_x == medium.wind_y == medium.gust == 0.0
 
 
 def build_wind(medium: Medium, key: ChanceKey, dt: float, world: World) -> Wind | None:
-    """The wind at the start of a flight with steps of length `dt`, with a gust of the
-    stationary distribution. None where the medium is at rest: then kernels are compiled
-    without any of this.
+    """Return the wind at the start of a trial, None where the medium is at rest.
+
+    Its gust has the stationary distribution. With None kernels are compiled without
+    wind.
+
+    Parameters
+    ----------
+    medium : Medium
+        Mean wind, and size and correlation time of gusts.
+    key : ChanceKey
+        Key of the random numbers.
+    dt : float
+        Time of a step.
+    world : World
     """
     if is_calm(medium):
         return None
@@ -75,8 +100,10 @@ def build_wind(medium: Medium, key: ChanceKey, dt: float, world: World) -> Wind 
 
 
 def go_on_blowing(mine: Wind | None, earlier: Wind | None) -> None:
-    """Let a wind go on with the gust of an `earlier` one. The gust is a multiple of its
-    standard deviation, and so stays stationary if that is another one.
+    """Resume a wind with the gust of an `earlier` one.
+
+    The gust is a multiple of its standard deviation. So it stays stationary if the
+    standard deviation changes.
     """
     if mine is not None and earlier is not None:
         mine.now[:] = earlier.now
@@ -90,11 +117,23 @@ def blow(
     key: ChanceKey,
     clock: NDArray[np.int64],
 ) -> None:
-    """Carry each boid of `flock` by the wind of one step; `clock` (1,) has the number
-    of steps that have begun.
+    """Carry each boid of a flock by the wind of one step.
 
-    The border acts on the place and the velocity as in a step of its own, and `grid` is
-    told where boids are then.
+    The border acts on position and velocity as in a step of its own. The search learns
+    the new positions.
+
+    Parameters
+    ----------
+    wind : Wind or None
+        None leaves the flock as it is.
+    flock : Flock
+        Flock, changed in place.
+    grid : Grid
+        Search of neighbours.
+    key : ChanceKey
+        Key of the gusts.
+    clock : array of int, shape (1,)
+        Number of steps that have begun.
     """
     if wind is not None:
         _carry(wind, flock, key, clock[0])

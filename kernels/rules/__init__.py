@@ -2,8 +2,8 @@
 
 social     separation laws, alignment, cohesion
 steering   wander, the way to a goal
-headings   the average heading, noise of it
+headings   the average heading, its noise
 obstacles  repulsion by obstacles and walls
-borders    what happens at the edge of the world
-avoidance  steering round what an occupancy grid holds
+borders    effects of the edge of the world
+avoidance  steering around occupied cells of a grid
 """

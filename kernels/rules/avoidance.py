@@ -1,4 +1,4 @@
-"""Steering round what an occupancy grid holds."""
+"""Steering around the occupied cells of a grid."""
 
 import math
 
@@ -7,8 +7,9 @@ from kernels.jit import jit
 from kernels.occupancy import Occupancy, is_taken
 
 ROUNDING = 1e-9
-"""Added before rounding down: floating point may make a path of five steps slightly
-less than five.
+"""Margin that is added before a number is rounded down.
+
+Floating point may make a path of five steps slightly shorter than five.
 """
 
 
@@ -23,14 +24,35 @@ def steer_to_avoid(
     path_step: float,
     turn: float,
 ) -> tuple[float, float, bool]:
-    """The unit vector of the free heading nearest to the velocity, and whether there is
-    none.
+    """Return the unit vector of the free heading nearest to the velocity.
 
-    A heading is free if the path of length `look_ahead` is. The search goes in steps of
-    `turn` radians up to half a turn to either side, and looks at the side of growing
+    A heading is free if the path of length `look_ahead` is. The search proceeds in
+    steps of `turn` up to half a turn to either side. It tries the side of growing
     angles first. The vector is zero if the way ahead is free, if no heading is free,
     and for a boid at rest. This is Algorithm 7 of rustamani2024, which would loop for
     ever if no heading is free.
+
+    Parameters
+    ----------
+    occupancy : Occupancy
+        Grid of occupied cells.
+    x, y : float
+        Position of the boid, in lengths.
+    vx, vy : float
+        Velocity of the boid; the rule uses its direction alone.
+    look_ahead : float
+        Length of the path.
+    path_step : float
+        Distance between the points of a path, in lengths.
+    turn : float
+        Step of the search, in radians.
+
+    Returns
+    -------
+    x, y : float
+        Unit vector, or zero.
+    is_dead_end : bool
+        True if no heading is free.
     """
     if vx == 0.0 and vy == 0.0:
         return 0.0, 0.0, False
@@ -49,8 +71,9 @@ def steer_to_avoid(
 def _is_free(
     occupancy: Occupancy, x: float, y: float, heading: float, length: float, step: float
 ) -> bool:
-    """Whether the points of a path are free. There is a point every `step`; both ends
-    are left out, as in Algorithm 8.
+    """Return whether the points of a path are free.
+
+    There is a point every `step`. Both ends are left out, as in Algorithm 8.
     """
     along, across = length * cos(heading), length * sin(heading)
     points = math.floor(length / step + ROUNDING)

@@ -1,4 +1,4 @@
-"""What happens at the edge of the world, and near it."""
+"""Effects of the edge of the world, on it and near it."""
 
 from kernels.jit import jit
 from kernels.settings import BOUNDED, TORUS
@@ -8,10 +8,25 @@ from kernels.settings import BOUNDED, TORUS
 def confine(
     position: float, velocity: float, length: float, borders: int
 ) -> tuple[float, float]:
-    """One coordinate and its velocity after the border has acted.
+    """Return one coordinate and its velocity after the border has acted.
 
-    A torus wraps the position once; a bounded world mirrors position and velocity; an
-    open one does nothing.
+    A periodic border (TORUS) wraps the position once. A reflecting border (BOUNDED)
+    mirrors position and velocity. An open world changes nothing.
+
+    Parameters
+    ----------
+    position : float
+        Coordinate after the move, in lengths.
+    velocity : float
+        Velocity along the same axis.
+    length : float
+        Size of the world along the axis.
+    borders : int
+        OPEN, TORUS or BOUNDED.
+
+    Returns
+    -------
+    position, velocity : float
     """
     if borders == TORUS:
         if position < 0.0:
@@ -28,10 +43,19 @@ def confine(
 
 @jit
 def turn_back(position: float, length: float, margin: float) -> float:
-    """The way back for one coordinate in [0, L]: 1 below `margin`, else -1 above L -
-    margin, else 0.
+    """Return the direction away from a near border, for one coordinate in [0, L].
 
-    It holds beyond the borders too. Eqs. (18) and (19) of patel2023, and nanobot.
+    The direction is 1 below `margin`, else -1 above L - `margin`, else 0. It holds
+    beyond the borders too. Eqs. (18) and (19) of patel2023, and nanobot.
+
+    Parameters
+    ----------
+    position : float
+        Coordinate, in lengths.
+    length : float
+        Size L of the world along the axis.
+    margin : float
+        Distance from the border below which boids turn back.
     """
     back = -1.0 if position > length - margin else 0.0
     return 1.0 if position < margin else back

@@ -1,4 +1,4 @@
-"""Headings of boids that all have one speed, and noise of them."""
+"""Headings of boids that all have one speed, and their noise."""
 
 import math
 
@@ -14,11 +14,28 @@ from kernels.state import Flock
 def velocity_sum(
     seen: Flock, i: int, near: Near, found: int
 ) -> tuple[float, float, float]:
-    """The sum of the velocities of boid `i` and its `found` neighbours, and how many
-    these are together.
+    """Return the sum of the velocities of a boid and its neighbours, and their number.
 
-    Of boids with one speed its direction is the average heading of Eq. (2) of Vicsek et
-    al. (1995), the arctangent of the mean sine over the mean cosine.
+    For boids with one speed its direction is the average heading of Eq. (2) of Vicsek
+    et al. (1995), the arctangent of the mean sine over the mean cosine.
+
+    Parameters
+    ----------
+    seen : Flock
+        Flock as boids perceive it.
+    i : int
+        Index of the boid.
+    near : Near
+        Neighbours of the boid.
+    found : int
+        Number of its neighbours, the first ones in `near`.
+
+    Returns
+    -------
+    x, y : float
+        Sum of the velocities.
+    count : float
+        Number of boids in the sum, `found` + 1.
     """
     return velocity_sum_from(seen.vx[i], seen.vy[i], seen, near, found)
 
@@ -27,7 +44,24 @@ def velocity_sum(
 def velocity_sum_from(
     vx: float, vy: float, seen: Flock, near: Near, found: int
 ) -> tuple[float, float, float]:
-    """`velocity_sum` of a boid whose own velocity is (vx, vy), and not the one seen."""
+    """Return `velocity_sum` for a boid whose own velocity is given.
+
+    Parameters
+    ----------
+    vx, vy : float
+        Velocity of the boid, in place of the velocity in `seen`.
+    seen : Flock
+        Flock as boids perceive it.
+    near : Near
+        Neighbours of the boid.
+    found : int
+        Number of its neighbours, the first ones in `near`.
+
+    Returns
+    -------
+    x, y, count : float
+        As `velocity_sum`.
+    """
     x, y, count = vx, vy, 1.0
     for k in range(found):
         x += seen.vx[near.boid[k]]
@@ -40,8 +74,19 @@ def velocity_sum_from(
 def direction(
     x: float, y: float, other_x: float, other_y: float
 ) -> tuple[float, float]:
-    """The unit vector along (x, y); along the other vector where (x, y) is zero, and
-    zero where both are.
+    """Return the unit vector along a vector.
+
+    Parameters
+    ----------
+    x, y : float
+        Vector.
+    other_x, other_y : float
+        Vector that is taken where (x, y) is zero.
+
+    Returns
+    -------
+    x, y : float
+        Unit vector; zero where both vectors are.
     """
     along = x != 0.0 or y != 0.0
     x, y = x if along else other_x, y if along else other_y
@@ -52,15 +97,25 @@ def direction(
 
 @jit
 def random_turn(rng: Generator, width: float) -> tuple[float, float]:
-    """Cosine and sine of an angle that is uniform within +- width / 2, for a width from
-    0 to 2 pi radians: the noise of Eq. (2) of Vicsek et al. (1995).
+    """Return cosine and sine of an angle that is uniform within +- width / 2.
+
+    The `width` is from 0 to 2 pi radians. This is the noise of Eq. (2) of Vicsek et al.
+    (1995).
     """
     return cosine_sine(rng.uniform(-0.5 * width, 0.5 * width))
 
 
 @jit
 def turned(x: float, y: float, cosine: float, sine: float) -> tuple[float, float]:
-    """The vector (x, y), turned by the angle of which these are cosine and sine."""
+    """Return the vector (x, y), turned by an angle.
+
+    Parameters
+    ----------
+    x, y : float
+        Vector.
+    cosine, sine : float
+        Cosine and sine of the angle, which is positive from x towards y.
+    """
     return cosine * x - sine * y, sine * x + cosine * y
 
 
@@ -68,8 +123,18 @@ def turned(x: float, y: float, cosine: float, sine: float) -> tuple[float, float
 def turned_towards(
     x: float, y: float, to_x: float, to_y: float, cosine: float, sine: float
 ) -> tuple[float, float]:
-    """The unit vector (x, y), turned towards another one by at most the angle from 0 to
-    pi of which these are cosine and sine. To the opposite it turns left.
+    """Return a unit vector, turned towards another one by at most a given angle.
+
+    Towards the opposite vector it turns by a positive angle, from x towards y.
+
+    Parameters
+    ----------
+    x, y : float
+        Unit vector.
+    to_x, to_y : float
+        Unit vector of the target.
+    cosine, sine : float
+        Cosine and sine of the greatest turn, an angle from 0 to pi.
     """
     reached = x * to_x + y * to_y >= cosine
     way = sine if x * to_y - y * to_x >= 0.0 else -sine

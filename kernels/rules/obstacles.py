@@ -11,14 +11,29 @@ from kernels.worlds import Reach, reach_cell
 
 @jit
 def away_from(world: World, m: int, x: float, y: float) -> tuple[float, float, float]:
-    """The vector along which obstacle `m` pushes from itself to (x, y), and how far its
-    surface is from where the vector begins.
+    """Return the vector from an obstacle to a position, and how far its surface is.
 
-    It begins in the centre of a disc, whose surface is its radius away, and of a
-    rectangle, whose larger half width counts. Of a polygon it begins at the nearest
-    point of the border, which is the surface. Within a polygon the vector is mirrored,
-    so that it leads out, and the surface is infinitely far: it pushes at any depth, as
-    a disc does.
+    The vector begins in the centre of a disc, whose surface is its radius away. It
+    begins in the centre of a rectangle, whose larger half-width counts. For a polygon
+    it begins at the nearest point of the border, which is the surface. Within a polygon
+    the vector is mirrored, so that it leads out, and the surface is infinitely far. So
+    a polygon pushes at any depth, like a disc.
+
+    Parameters
+    ----------
+    world : World
+        World with M obstacles.
+    m : int
+        Index of the obstacle.
+    x, y : float
+        Position, in lengths.
+
+    Returns
+    -------
+    x, y : float
+        Vector along which the obstacle pushes.
+    size : float
+        Distance of the surface from the beginning of the vector.
     """
     return _away_from(world.corners, world, m, x, y)
 
@@ -40,8 +55,18 @@ def _away_from(
 def repulsion_unit(
     world: World, reach: Reach, margin: float, x: float, y: float
 ) -> tuple[float, float]:
-    """The sum of unit vectors away from obstacles within `margin` of their surface: Eq.
-    (7) of nguyen2024.
+    """Return the sum of unit vectors away from near obstacles: Eq. (7) of nguyen2024.
+
+    Parameters
+    ----------
+    world : World
+        World with M obstacles.
+    reach : Reach
+        Obstacles that can act, by position.
+    margin : float
+        Distance from the surface up to which an obstacle acts.
+    x, y : float
+        Position, in lengths.
     """
     force_x, force_y = 0.0, 0.0
     cell = reach_cell(reach, x, y)
@@ -59,11 +84,24 @@ def repulsion_unit(
 def repulsion_inverse(
     world: World, reach: Reach, margin: float, epsilon: float, x: float, y: float
 ) -> tuple[float, float]:
-    """The sum of d / (|d| (|d| + epsilon)) over obstacles within `margin` of their
-    surface: f_obs of aziel_chen2025.
+    """Return the sum of d / (|d| (|d| + epsilon)) over near obstacles.
 
-    The text has (|d| + epsilon)^2 below the line; the two agree to one part in 10^10
-    from 1 px on.
+    It is f_obs of aziel_chen2025, with d the vector away from an obstacle. The
+    publication has (|d| + epsilon)^2 below the line. The two agree to one part in
+    10^10 from 1 px on.
+
+    Parameters
+    ----------
+    world : World
+        World with M obstacles.
+    reach : Reach
+        Obstacles that can act, by position.
+    margin : float
+        Distance from the surface up to which an obstacle acts.
+    epsilon : float
+        Length that is added to |d|.
+    x, y : float
+        Position, in lengths.
     """
     force_x, force_y = 0.0, 0.0
     cell = reach_cell(reach, x, y)
@@ -83,8 +121,18 @@ def repulsion_inverse(
 def repulsion_linear(
     world: World, reach: Reach, margin: float, x: float, y: float
 ) -> tuple[float, float]:
-    """The sum of displacements from obstacles within `margin` of their surface: Eq.
-    (25) of patel2023.
+    """Return the sum of displacements from near obstacles: Eq. (25) of patel2023.
+
+    Parameters
+    ----------
+    world : World
+        World with M obstacles.
+    reach : Reach
+        Obstacles that can act, by position.
+    margin : float
+        Distance from the surface up to which an obstacle acts.
+    x, y : float
+        Position, in lengths.
     """
     force_x, force_y = 0.0, 0.0
     cell = reach_cell(reach, x, y)
@@ -99,10 +147,18 @@ def repulsion_linear(
 
 @jit
 def wall_repulsion(position: float, length: float, epsilon: float) -> float:
-    """1/(x + epsilon) - 1/(L - x + epsilon) for one coordinate in [0, L]: f_wall of
-    aziel_chen2025.
+    """Return 1/(x + epsilon) - 1/(L - x + epsilon) for one coordinate x in [0, L].
 
-    Beyond a wall the sign changes: a boid that escapes is driven away, as in the
-    authors' program.
+    It is f_wall of aziel_chen2025. Beyond a wall the sign changes: a boid that escapes
+    is driven away, as in the authors' program.
+
+    Parameters
+    ----------
+    position : float
+        Coordinate x, in lengths.
+    length : float
+        Size L of the world along the axis.
+    epsilon : float
+        Length that is added to each distance.
     """
     return 1.0 / (position + epsilon) - 1.0 / (length - position + epsilon)

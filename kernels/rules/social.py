@@ -1,5 +1,6 @@
-"""Separation, alignment and cohesion over the `found` first neighbours in `near`, in
-ascending order of index.
+"""Separation, alignment and cohesion over the neighbours of a boid.
+
+The neighbours are the first `found` ones in `near`, in ascending order of index.
 """
 
 import math
@@ -14,8 +15,18 @@ from kernels.state import Flock
 
 @jit
 def separation_unit(near: Near, found: int, range2: float) -> tuple[float, float]:
-    """The sum of d / max(|d|, 1), d = x_i - x_j, over neighbours nearer than
-    sqrt(range2): Eq. (4) of nguyen2024.
+    """Return the sum of d / max(|d|, 1) over near neighbours: Eq. (4) of nguyen2024.
+
+    The displacement d is x_i - x_j, from the neighbour to the boid.
+
+    Parameters
+    ----------
+    near : Near
+        Neighbours of the boid.
+    found : int
+        Number of its neighbours.
+    range2 : float
+        Square of the distance below which a neighbour counts.
     """
     x, y = 0.0, 0.0
     _shorten(near, found, range2)
@@ -27,8 +38,10 @@ def separation_unit(near: Near, found: int, range2: float) -> tuple[float, float
 
 @jit
 def _shorten(near: Near, found: int, range2: float) -> None:
-    """Write 1 / max(|d|, 1) into the factors of neighbours nearer than sqrt(range2), 0
-    into those of others: a loop without sums, of several neighbours at once.
+    """Write the factors of `separation_unit` into `near`.
+
+    A neighbour nearer than sqrt(range2) gets 1 / max(|d|, 1), any other one 0. The
+    loop has no sums, so that it computes several neighbours at once.
     """
     for k in range(whole(found)):
         factor = 1.0 / max(math.sqrt(near.distance2[k]), 1.0)
@@ -37,10 +50,19 @@ def _shorten(near: Near, found: int, range2: float) -> None:
 
 @jit
 def separation_direction(near: Near, found: int, range2: float) -> tuple[float, float]:
-    """The unit vector along the sum of d / |d|^2, d = x_i - x_j, over neighbours nearer
-    than sqrt(range2).
+    """Return the unit vector along the sum of d / |d|^2 over near neighbours.
 
-    Zero without neighbours, or where the sum is. Algorithm 2 of rustamani2024.
+    The displacement d is x_i - x_j. The vector is zero without neighbours, or where the
+    sum is. Algorithm 2 of rustamani2024.
+
+    Parameters
+    ----------
+    near : Near
+        Neighbours of the boid.
+    found : int
+        Number of its neighbours.
+    range2 : float
+        Square of the distance below which a neighbour counts.
     """
     x, y = 0.0, 0.0
     for k in range(found):
@@ -53,8 +75,16 @@ def separation_direction(near: Near, found: int, range2: float) -> tuple[float, 
 
 @jit
 def separation_linear(near: Near, found: int, range2: float) -> tuple[float, float]:
-    """The sum of d = x_i - x_j over neighbours nearer than sqrt(range2): Eq. (6) of
-    patel2023.
+    """Return the sum of d = x_i - x_j over near neighbours: Eq. (6) of patel2023.
+
+    Parameters
+    ----------
+    near : Near
+        Neighbours of the boid.
+    found : int
+        Number of its neighbours.
+    range2 : float
+        Square of the distance below which a neighbour counts.
     """
     x, y = 0.0, 0.0
     for k in range(found):
@@ -68,10 +98,22 @@ def separation_linear(near: Near, found: int, range2: float) -> tuple[float, flo
 def alignment(
     seen: Flock, i: int, near: Near, found: int, range2: float
 ) -> tuple[float, float]:
-    """Mean velocity of the neighbours nearer than sqrt(range2), less that of boid `i`:
-    Eq. (5) of nguyen2024.
+    """Return the mean velocity of near neighbours, less the velocity of the boid.
 
-    Zero without neighbours.
+    Eq. (5) of nguyen2024. Zero without neighbours.
+
+    Parameters
+    ----------
+    seen : Flock
+        Flock as boids perceive it.
+    i : int
+        Index of the boid.
+    near : Near
+        Neighbours of the boid.
+    found : int
+        Number of its neighbours.
+    range2 : float
+        Square of the distance below which a neighbour counts.
     """
     return alignment_from(seen.vx[i], seen.vy[i], seen, near, found, range2)
 
@@ -80,8 +122,20 @@ def alignment(
 def alignment_from(
     vx: float, vy: float, seen: Flock, near: Near, found: int, range2: float
 ) -> tuple[float, float]:
-    """`alignment` of a boid whose velocity is already (vx, vy) and not the one seen:
-    Eq. (10) of patel2023.
+    """Return `alignment` for a boid whose own velocity is given: Eq. (10) of patel2023.
+
+    Parameters
+    ----------
+    vx, vy : float
+        Velocity of the boid, in place of the velocity in `seen`.
+    seen : Flock
+        Flock as boids perceive it.
+    near : Near
+        Neighbours of the boid.
+    found : int
+        Number of its neighbours.
+    range2 : float
+        Square of the distance below which a neighbour counts.
     """
     mean_vx, mean_vy, count = 0.0, 0.0, 0
     for k in range(found):
@@ -99,10 +153,18 @@ def alignment_from(
 
 @jit
 def cohesion(near: Near, found: int, range2: float) -> tuple[float, float]:
-    """From boid to the mean position of its neighbours nearer than sqrt(range2): Eq.
-    (6) of nguyen2024.
+    """Return the vector to the mean position of near neighbours: Eq. (6) of nguyen2024.
 
     Zero without neighbours.
+
+    Parameters
+    ----------
+    near : Near
+        Neighbours of the boid.
+    found : int
+        Number of its neighbours.
+    range2 : float
+        Square of the distance below which a neighbour counts.
     """
     x, y, count = 0.0, 0.0, 0
     for k in range(found):
@@ -125,11 +187,33 @@ def ranged_sums(
     alignment2: float,
     cohesion2: float,
 ) -> tuple[float, float, float, float, float, float, float, float]:
-    """The sums behind the three rules of nguyen2024, in one pass, four at once.
+    """Return the sums behind the three rules of nguyen2024.
 
-    x and y of: `separation_unit` up to sqrt(separation2); velocities of those nearer
-    than sqrt(alignment2), and their number; displacements to those nearer than
-    sqrt(cohesion2), and their number.
+    One pass computes them, four numbers at once.
+
+    Parameters
+    ----------
+    seen : Flock
+        Flock as boids perceive it.
+    near : Near
+        Neighbours of the boid.
+    found : int
+        Number of its neighbours.
+    separation2, alignment2, cohesion2 : float
+        Squares of the distances below which a neighbour counts, by rule.
+
+    Returns
+    -------
+    away_x, away_y : float
+        Sum of `separation_unit`.
+    vx, vy : float
+        Sum of the velocities of the neighbours that align.
+    aligned : float
+        Number of the neighbours that align.
+    x, y : float
+        Sum of the displacements to the neighbours that cohere.
+    joined : float
+        Number of the neighbours that cohere.
     """
     bounds = four(cohesion2, cohesion2, alignment2, alignment2)
     none = four(0.0, 0.0, 0.0, 0.0)
@@ -153,11 +237,29 @@ def ranged_sums(
 def flocking_sums(
     seen: Flock, near: Near, found: int, crowd2: float
 ) -> tuple[float, float, float, float, float, float]:
-    """The sums behind f_col, f_coh and f_ali of aziel_chen2025, in one pass since they
-    share their neighbours.
+    """Return the sums behind f_col, f_coh and f_ali of aziel_chen2025.
 
-    x and y of: displacements to those nearer than sqrt(crowd2), displacements to all,
-    velocities of all.
+    One pass computes them, since the rules share their neighbours.
+
+    Parameters
+    ----------
+    seen : Flock
+        Flock as boids perceive it.
+    near : Near
+        Neighbours of the boid.
+    found : int
+        Number of its neighbours.
+    crowd2 : float
+        Square of the distance below which a neighbour crowds the boid.
+
+    Returns
+    -------
+    crowd_x, crowd_y : float
+        Sum of the displacements to the neighbours that crowd the boid.
+    x, y : float
+        Sum of the displacements to all neighbours.
+    vx, vy : float
+        Sum of the velocities of all neighbours.
     """
     crowd_x, crowd_y, x, y, vx, vy = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(found):
@@ -175,11 +277,33 @@ def flocking_sums(
 def protected_sums(
     seen: Flock, near: Near, found: int, crowd2: float, range2: float, crowd_apart: bool
 ) -> tuple[float, float, float, float, float, float, int]:
-    """The sums behind the three rules of nanobot, in one pass.
+    """Return the sums behind the three rules of nanobot, in one pass.
 
-    x and y of: displacements to those nearer than sqrt(crowd2); displacements to, and
-    velocities of, those nearer than sqrt(range2), without the former if `crowd_apart`;
-    and the number of the latter.
+    Parameters
+    ----------
+    seen : Flock
+        Flock as boids perceive it.
+    near : Near
+        Neighbours of the boid.
+    found : int
+        Number of its neighbours.
+    crowd2 : float
+        Square of the distance below which a neighbour crowds the boid.
+    range2 : float
+        Square of the distance below which a neighbour counts for the other rules.
+    crowd_apart : bool
+        Whether neighbours that crowd the boid are left out of the other rules.
+
+    Returns
+    -------
+    crowd_x, crowd_y : float
+        Sum of the displacements to the neighbours that crowd the boid.
+    x, y : float
+        Sum of the displacements to the neighbours of the other rules.
+    vx, vy : float
+        Sum of the velocities of the neighbours of the other rules.
+    count : int
+        Number of the neighbours of the other rules.
     """
     crowd_x, crowd_y, x, y, vx, vy, count = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0
     for k in range(found):

@@ -1,6 +1,4 @@
-"""Rules that need neither neighbours nor obstacles:
-wandering, and the way to a goal.
-"""
+"""Rules without neighbours and obstacles: wandering, and the way to a goal."""
 
 import math
 
@@ -11,7 +9,7 @@ from kernels.jit import jit
 
 @jit
 def wander(rng: np.random.Generator, width: float) -> tuple[float, float]:
-    """Two independent components, uniform within +-width: Eq. (8) of nguyen2024."""
+    """Return two independent numbers, uniform within +-width: Eq. (8) of nguyen2024."""
     x = rng.uniform(-width, width)
     y = rng.uniform(-width, width)
     return x, y
@@ -21,8 +19,18 @@ def wander(rng: np.random.Generator, width: float) -> tuple[float, float]:
 def seek(
     dx: float, dy: float, vx: float, vy: float, gain: float
 ) -> tuple[float, float]:
-    """From the velocity to the one that is `gain` times the way (dx, dy) to the goal:
-    Algorithm 5 of rustamani2024.
+    """Return the change to a velocity towards the goal: Algorithm 5 of rustamani2024.
+
+    The target velocity is `gain` times the way to the goal.
+
+    Parameters
+    ----------
+    dx, dy : float
+        Way to the goal, in lengths.
+    vx, vy : float
+        Velocity of the boid.
+    gain : float
+        Target velocity per length of the way.
     """
     return gain * dx - vx, gain * dy - vy
 
@@ -38,11 +46,26 @@ def arrival(
     most: float,
     gain: float,
 ) -> tuple[float, float]:
-    """From the velocity to the one that takes a boid along (dx, dy) to its goal:
-    Algorithm 6 of rustamani2024.
+    """Return the change to a velocity that slows down towards the goal.
 
-    The wanted speed is `gain` times `most`; nearer than `slow` it falls in proportion
-    to the distance. Nearer than `stop` the vector is zero, so the boid drifts.
+    Algorithm 6 of rustamani2024. The target speed is `gain` times `most`. Nearer than
+    `slow` it falls in proportion to the distance. Nearer than `stop` the vector is
+    zero, so that the boid drifts.
+
+    Parameters
+    ----------
+    dx, dy : float
+        Way to the goal, in lengths.
+    vx, vy : float
+        Velocity of the boid.
+    stop : float
+        Distance below which the rule is zero.
+    slow : float
+        Distance below which the target speed falls.
+    most : float
+        Greatest speed.
+    gain : float
+        Factor of the greatest speed.
     """
     distance = math.sqrt(dx * dx + dy * dy)
     scale = gain * most / max(distance, slow)

@@ -7,6 +7,7 @@ gap, "not stated", and listed at the end, so that an author can fill it in.
 """
 
 import inspect
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -42,6 +43,8 @@ GROUPS = {
 STREAMS = keys_of(Streams)
 SEARCHED = "searched"
 """Text that replaces the value of a parameter that a search varies."""
+SECTION = re.compile(r"\n\n[A-Z][\w ]*\n-{3,}\n")
+"""The beginning of a section of a docstring, such as Parameters."""
 
 
 @dataclass(frozen=True)
@@ -606,8 +609,9 @@ def _plain(function: Any) -> Any:
 
 
 def _text(function: Any) -> str | None:
-    """Return the docstring of a function, None without one."""
-    return inspect.getdoc(_plain(function)) or None
+    """Return the docstring of a function up to its first section, None without one."""
+    text = inspect.getdoc(_plain(function)) or ""
+    return SECTION.split(text, maxsplit=1)[0] or None
 
 
 def _first(text: str | None) -> str:
