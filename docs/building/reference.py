@@ -29,6 +29,7 @@ from sweep.store.rows import (
     trajectories_schema,
     trials_schema,
 )
+from sweep.text import description_of
 
 SHOWN = """
 study: shown
@@ -225,7 +226,7 @@ def _equations(module: Any) -> str:
             function.__module__ == module.__name__
             or function.__module__.startswith("kernels.rules.")
         ):
-            parts.append(f"\n### {name.lstrip('_')}\n\n{inspect.getdoc(function)}\n")
+            parts.append(f"\n### {name.lstrip('_')}\n\n{description_of(function)}\n")
     return "".join(parts)
 
 

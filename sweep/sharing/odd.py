@@ -24,6 +24,7 @@ from sweep.spec.keys import keys_of
 from sweep.spec.settings import Setting, Value, settings_of, spelled
 from sweep.spec.study import Streams, Study
 from sweep.tables.stored_study import StoredStudy
+from sweep.text import description_of
 
 MOST_VALUES = 8
 """Most values of a parameter that are listed; more numbers are written as a range."""
@@ -610,8 +611,8 @@ def _plain(function: Any) -> Any:
 
 
 def _text(function: Any) -> str | None:
-    """Return the docstring of a function, None without one."""
-    return inspect.getdoc(_plain(function)) or None
+    """Return the description of a function, None without one."""
+    return description_of(_plain(function)) or None
 
 
 def _first(text: str | None) -> str:
