@@ -1,7 +1,7 @@
 """Cosine and sine by arithmetic alone.
 
-A mathematics library rounds its cosines as it likes, so their last bits differ from one
-system to the next. IEEE 754 says what each addition and multiplication gives.
+A mathematics library is free in how it rounds cosines, so their last bits differ
+between systems. IEEE 754 defines the result of each addition and multiplication.
 """
 
 import math
@@ -17,11 +17,11 @@ BEYOND_PI = 1.2246467991473532e-16
 
 @jit
 def cosine_sine(angle: float) -> tuple[float, float]:
-    """The cosine and the sine of an angle from -pi to pi, radians.
+    """Return the cosine and the sine of an angle from -pi to pi, radians.
 
-    Beyond a quarter of a turn it takes the angle that is left to half a turn, so that
-    the series is summed up to pi / 2 only. Its remainder there is below 1e-21. Both
-    numbers are within 3e-16 of the truth: the rounding of the sums.
+    Beyond a quarter of a turn the series takes the angle that is left to half a turn,
+    so it is summed up to pi / 2 only. Its remainder there is below 1e-21. Both numbers
+    are within 3e-16 of the exact values: the rounding of the sums.
     """
     size = abs(angle)
     beyond = size > 0.5 * math.pi

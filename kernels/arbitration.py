@@ -1,5 +1,7 @@
-"""How forces share one acceleration. The code has no branches: which force exceeds its
-limit is random, so the processor would mispredict them.
+"""Shares of forces in one acceleration.
+
+The code has no branches: which force exceeds its limit is random, so the processor
+would mispredict them.
 """
 
 import math
@@ -11,8 +13,21 @@ TINY = 1e-300
 
 @jit
 def limit(x: float, y: float, most: float) -> tuple[float, float]:
-    """The vector (x, y), scaled to length `most` where it is longer: Eq. (9) of
-    nguyen2024.
+    """Return the vector (x, y), scaled to length `most` if it is longer.
+
+    Source: Eq. (9) of nguyen2024.
+
+    Parameters
+    ----------
+    x, y : float
+        Components of the vector.
+    most : float
+        The largest length, in the unit of the vector.
+
+    Returns
+    -------
+    tuple of float
+        Components of the limited vector.
     """
     scale = most / max(math.sqrt(x * x + y * y), TINY)
     scale = scale if scale < 1.0 else 1.0
@@ -21,10 +36,21 @@ def limit(x: float, y: float, most: float) -> tuple[float, float]:
 
 @jit
 def clamp_speed(vx: float, vy: float, least: float, most: float) -> tuple[float, float]:
-    """The velocity (vx, vy), scaled to the speed `most` where it is faster, to `least`
-    where it is slower.
+    """Return the velocity (vx, vy) with its speed clamped to [`least`, `most`].
 
-    A boid at rest has no direction and stays so. Eq. (22) of patel2023.
+    A boid at rest has no direction and stays at rest. Source: Eq. (22) of patel2023.
+
+    Parameters
+    ----------
+    vx, vy : float
+        Components of the velocity.
+    least, most : float
+        The smallest and the largest speed.
+
+    Returns
+    -------
+    tuple of float
+        Components of the clamped velocity.
     """
     speed = math.sqrt(vx * vx + vy * vy)
     moving = speed if speed > 0.0 else 1.0
@@ -37,11 +63,24 @@ def clamp_speed(vx: float, vy: float, least: float, most: float) -> tuple[float,
 def serve(
     ax: float, ay: float, x: float, y: float, budget: float
 ) -> tuple[float, float, float]:
-    """The acceleration (ax, ay) plus the part of the force (x, y) that fits in
-    `budget`, and the budget that is left.
+    """Add the part of a force that fits in `budget` to an acceleration.
 
-    A force that fits is added whole. One that does not fit is cut to the budget, and
-    nothing is left for later forces. Section 2 of aziel_chen2025.
+    A force that fits is added whole. A longer force is cut to the budget, and nothing
+    is left for later forces. Source: section 2 of aziel_chen2025.
+
+    Parameters
+    ----------
+    ax, ay : float
+        Components of the acceleration so far.
+    x, y : float
+        Components of the force.
+    budget : float
+        Length that is left for this force and later ones.
+
+    Returns
+    -------
+    tuple of float
+        Both components of the new acceleration, and the budget that is left.
     """
     length = math.sqrt(x * x + y * y)
     scale = budget / max(length, TINY)
@@ -53,8 +92,19 @@ def serve(
 
 @jit
 def limit_components(x: float, y: float, most: float) -> tuple[float, float]:
-    """The vector (x, y) with either component cut to the interval from -`most` to
-    `most`.
+    """Return the vector (x, y) with each component cut to [-`most`, `most`].
+
+    Parameters
+    ----------
+    x, y : float
+        Components of the vector.
+    most : float
+        The largest absolute value of a component.
+
+    Returns
+    -------
+    tuple of float
+        Components of the limited vector.
     """
     return max(-most, min(x, most)), max(-most, min(y, most))
 
@@ -63,10 +113,26 @@ def limit_components(x: float, y: float, most: float) -> tuple[float, float]:
 def add_in_turn(
     ax: float, ay: float, x: float, y: float, has_room: bool, most: float
 ) -> tuple[float, float, bool]:
-    """The acceleration (ax, ay) plus the whole of (x, y) while there is room, and
-    whether there is still room.
+    """Add a term to an acceleration if there is still room for it.
 
-    There is no room once the sum is longer than `most`. Algorithm 9 of rustamani2024.
+    There is no room once the sum is longer than `most`. Source: Algorithm 9 of
+    rustamani2024.
+
+    Parameters
+    ----------
+    ax, ay : float
+        Components of the acceleration so far.
+    x, y : float
+        Components of the term.
+    has_room : bool
+        True if the sum of earlier terms was not longer than `most`.
+    most : float
+        Length up to which the sum has room for another term.
+
+    Returns
+    -------
+    tuple
+        Both components of the new acceleration, and whether there is still room.
     """
     ax = ax + x if has_room else ax
     ay = ay + y if has_room else ay

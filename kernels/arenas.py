@@ -1,5 +1,7 @@
-"""Arenas for small robots, in metres. They return obstacles as `kernels.worlds`
-describes them, which enters them in MAPS.
+"""Arenas for small robots, in metres.
+
+Each function returns obstacles as `kernels.worlds` describes them, which enters the
+functions in MAPS.
 """
 
 import numpy as np
@@ -14,8 +16,9 @@ HALF = 0.1
 
 
 def arena(_settings: WorldSettings, _rng: np.random.Generator) -> Obstacles:
-    """No obstacles: robots that look at an occupancy grid learn from it where the
-    border is.
+    """Return no obstacles.
+
+    Robots with an occupancy grid learn from the grid where the border is.
     """
     return np.empty((0, 5))
 
@@ -23,13 +26,14 @@ def arena(_settings: WorldSettings, _rng: np.random.Generator) -> Obstacles:
 def arena_two_obstacles(
     _settings: WorldSettings, _rng: np.random.Generator
 ) -> Obstacles:
-    """A disc and a box, both on the diagonal from (1, 1) to (9, 9)."""
+    """Return a disc and a box, both on the diagonal from (1, 1) to (9, 9)."""
     return np.array([[3.5, 3.5, 0.8, 0.8, 1.0], [6.5, 6.3, 0.9, 0.6, 0.0]])
 
 
 def maze(_settings: WorldSettings, _rng: np.random.Generator) -> Obstacles:
-    """Walls that stand alternately across the way from (1, 1) to (9, 9), with passages
-    0.9 to 1.8 m wide.
+    """Return walls that stand alternately across the way from (1, 1) to (9, 9).
+
+    The passages are 0.9 to 1.8 m wide.
     """
     outer = [_level(0.0, 10.0, HALF), _level(0.0, 10.0, 10.0 - HALF)]
     outer += [_upright(HALF, 0.0, 10.0), _upright(10.0 - HALF, 0.0, 10.0)]
@@ -44,10 +48,10 @@ def maze(_settings: WorldSettings, _rng: np.random.Generator) -> Obstacles:
 
 
 def _level(left: float, right: float, y: float) -> list[float]:
-    """A wall along x, as a row of obstacles."""
+    """Return a wall along x as a row of obstacles."""
     return [0.5 * (left + right), y, 0.5 * (right - left), HALF, 0.0]
 
 
 def _upright(x: float, low: float, high: float) -> list[float]:
-    """A wall along y, as a row of obstacles."""
+    """Return a wall along y as a row of obstacles."""
     return [x, 0.5 * (low + high), HALF, 0.5 * (high - low), 0.0]

@@ -1,16 +1,16 @@
-"""Where numba keeps what it has compiled, and how it knows that it may use it again.
+"""Cache of compiled kernels, and the rule by which a cached kernel is still valid.
 
 numba's own check looks at the file of a function, and not at the functions that it
 calls in other files (numba issue 1833). Here the stamp of a function decides, which
-covers them too: an edit compiles what it concerns again, and nothing else. Functions of
-equal stamps share what is compiled, in whatever folder their sources lie.
+covers them too: an edit compiles again what it concerns, and nothing else. Functions of
+equal stamps share what is compiled, in whatever folder their sources are.
 
-What an edit leaves behind is removed when nobody has loaded it for a month.
+Old entries are removed when nobody has loaded them for a month.
 
 A process that compiles nothing begins quickly: it imports nothing with which numba
 compiles, and takes no source apart. A note in the same folder has the stamp of each
-function of ours. The name of a note has a hash of all our sources, so that a note of
-other sources is never read.
+built-in function. The name of a note has a hash of all sources of the package, so that
+a note of other sources is never read.
 """
 
 import glob
@@ -49,7 +49,7 @@ from kernels.stamps import (
 
 
 def usual_folder() -> Path:
-    """The folder of compiled kernels, as the environment says."""
+    """Return the folder of compiled kernels that the environment names."""
     home = Path(
         os.environ.get("NUMBA_CACHE_DIR")
         or os.environ.get("XDG_CACHE_HOME")
@@ -59,33 +59,34 @@ def usual_folder() -> Path:
 
 
 FOLDER = usual_folder()
-"""That of this process, whatever becomes of the environment."""
+"""Folder of this process, fixed when the module is imported."""
 NOT_KEPT: dict[str, str] = {}
-"""The folders where what was compiled could not be kept, and why."""
+"""Reasons why compiled code could not be kept, by folder."""
 OURS: WeakSet[Callable[..., Any]] = WeakSet()
-"""The functions that `kernels.jit` compiles, in whatever package they stand, and those
-of kernels.fours.
-"""
+"""Functions that `kernels.jit` compiles, in any package, and those of kernels.fours."""
 MADE_OF: WeakKeyDictionary[Callable[..., Any], Callable[..., Any]] = WeakKeyDictionary()
-"""Of functions that are made of others, for lanes, these others."""
+"""Original functions of functions that are made for lanes."""
 MAKERS = "lanes/", "device/", "jit.py"
-"""How the files of what makes them begin."""
+"""Beginnings of the names of files that make functions of others."""
 OUR_PACKAGE = __name__.partition(".")[0]
-DAY, UNUSED_DAYS = 86_400.0, 30
+DAY = 86_400.0
+UNUSED_DAYS = 30
 CONFIG: Any = config
 """numba's settings, which it declares at run time."""
 USUAL_OPT = 3
-"""The level of optimization of numba where nothing sets another."""
+"""Optimization level of numba by default."""
 STAMP_DIGITS = 64
 ENTRIES = ".nbi", ".ptx", ".cubin", ".alone", ".promises", ".stamp"
-"""How the names of files end that are entries of the cache."""
+"""Endings of the names of files that are entries of the cache."""
 
 TUPLES = (types.Tuple, types.UniTuple, types.NamedTuple, types.NamedUniTuple)
 
 
 class ByStamp(_CacheLocator):
-    """Tells numba the place of a function of ours. Its stamp is found when the function
-    is called: most are only parts of others, and are never loaded.
+    """Tells numba the location of a function of the project.
+
+    Its stamp is computed when the function is called: most functions are only parts of
+    others, and are never loaded.
     """
 
     def __init__(self, function: Callable[..., Any]) -> None:
@@ -103,23 +104,28 @@ class ByStamp(_CacheLocator):
         return _stamp(self.function)
 
     def get_cache_path(self) -> str:
+        """Return the folder of the cache."""
         return str(FOLDER)
 
     def ensure_cache_path(self) -> None:
-        """Nothing: `ByClasses.save` does what can be done."""
+        """Do nothing: `ByClasses.save` makes the folder if it can."""
 
     def get_source_stamp(self) -> str:
+        """Return "": `ByClasses` asks for the stamp."""
         return ""  # `ByClasses` asks for the stamp
 
     def get_disambiguator(self) -> str:
         # What is compiled names classes by their modules: those of another package,
         # which may be gone, must not be met.
+        """Return the package and the code of the function."""
         return f"{self.package}-{self.code}"
 
 
 class OfOurs(CompileResultCacheImpl):
-    """What numba's cache asks about a function of ours. Its place is that of `ByStamp`:
-    numba would look it up in its settings, which change with the environment.
+    """Answers to numba's cache about a function of the project.
+
+    Its location is the one of `ByStamp`: numba would look it up in its settings, which
+    change with the environment.
     """
 
     def __init__(self, function: Callable[..., Any]) -> None:
@@ -130,9 +136,10 @@ class OfOurs(CompileResultCacheImpl):
         self._filename_base = numbas.get_filename_base(name, sys.abiflags)
 
     def check_cachable(self, result: Any) -> bool:
-        """Whether what is compiled means the same in another process. It does not where
-        it has addresses: of a table of over a megabyte, of which numba warns, and
-        without optimization of the functions that it calls.
+        """Return whether compiled code means the same in another process.
+
+        It does not if it has addresses: of a table of over a megabyte, of which numba
+        warns, and without optimization, of the functions that it calls.
         """
         numbas: Any = super()
         if CONFIG.OPT > 0:
@@ -150,22 +157,22 @@ setattr(FunctionCache, "_impl_class", staticmethod(_impl))  # noqa: B010
 
 
 def _stamp(function: Callable[..., Any]) -> str:
-    """What decides whether a function must be compiled again."""
+    """Return the hash that decides whether a function must be compiled again."""
     if function not in MADE_OF:
         return noted_stamp(function)
     return stamp_of_made(MADE_OF[function])
 
 
 def stamp_of_made(*functions: Callable[..., Any]) -> str:
-    """What decides whether what is made of functions must be compiled again."""
-    plain = [getattr(one, "py_func", one) for one in functions]
+    """Return the hash that decides whether code made of functions is valid."""
+    plain = [getattr(function, "py_func", function) for function in functions]
     stamps = " ".join([*map(noted_stamp, plain), _makers()])
     return hashlib.sha256(stamps.encode()).hexdigest()
 
 
 @cache
 def _makers() -> str:
-    """The stamp of what makes functions of others."""
+    """Return the stamp of the files that make functions of others."""
     return noted(
         "makers",
         lambda: stamp_of_texts(
@@ -177,19 +184,24 @@ def _makers() -> str:
 
 
 def noted_stamp(function: Callable[..., Any]) -> str:
-    """`kernels.stamps.code_stamp` of a function. That of one of ours is noted."""
+    """Return `kernels.stamps.code_stamp` of a function.
+
+    The stamp of a built-in function is noted.
+    """
     if function.__module__.partition(".")[0] != OUR_PACKAGE:
         return code_stamp(function)
-    about = f"{function.__module__} {function.__qualname__}"
-    return noted(about, lambda: code_stamp(function))
+    subject = f"{function.__module__} {function.__qualname__}"
+    return noted(subject, lambda: code_stamp(function))
 
 
-def noted(about: str, find: Callable[[], str]) -> str:
-    """A sha256, in hexadecimal, that follows from our sources as this process has read
-    them: found once for what `about` says, and noted.
+def noted(subject: str, find: Callable[[], str]) -> str:
+    """Return a sha256, in hexadecimal, that follows from the sources of the package.
+
+    The sources are as this process has read them. `find` computes the hash of `subject`
+    once, and the hash is noted.
     """
-    about = f"{text_hash(OUR_PACKAGE)} {about}"
-    key = hashlib.sha256(about.encode()).hexdigest()[:32]
+    of_sources = f"{text_hash(OUR_PACKAGE)} {subject}"
+    key = hashlib.sha256(of_sources.encode()).hexdigest()[:32]
     if stamp := _noted_stamps().get(key):
         note_use(_stamp_note(key, stamp))
         return stamp
@@ -204,26 +216,29 @@ def _stamp_note(key: str, stamp: str) -> Path:
 
 @cache
 def _noted_stamps() -> dict[str, str]:
-    """The stamps that are noted in the folder, by what they are of. All is in the names
-    of the notes, which are empty: so a note is there as a whole, or it is not.
+    """Return the stamps that are noted in the folder, by their keys.
+
+    Everything is in the names of the notes, which are empty: so a note is either
+    complete or absent.
     """
-    found = {}
+    stamps = {}
     for note in FOLDER.glob("*.stamp"):
         key, _, stamp = note.stem.partition("-")
         if key and len(stamp) == STAMP_DIGITS:
-            found[key] = stamp
-    return found
+            stamps[key] = stamp
+    return stamps
 
 
 class ByClasses:
-    """The files of a function in numba's cache: one for each set of classes that its
-    arguments have.
+    """Files of a function in numba's cache: one per set of classes of its arguments.
 
-    The index in such a file names the classes, and is loaded as a whole. An own model
-    may call functions of ours with its own parameters, and a later version of ours with
-    classes that this one lacks: where they are not at hand, they must not be met.
+    The index in such a file names the classes, and is loaded as a whole. A custom model
+    may call built-in functions with its own parameters, and a later version of the
+    package with classes that this one lacks: classes that cannot be imported must not
+    be met.
 
-    What only kernels can call, `within` them, is kept apart from what Python calls.
+    Functions that only kernels can call, `within` them, are kept apart from functions
+    that Python calls.
     """
 
     def __init__(
@@ -232,7 +247,8 @@ class ByClasses:
         packages = function.__module__, __name__
         self._ours = {name.partition(".")[0] for name in packages}
         self._package = function.__module__.partition(".")[0]
-        self._folder, self._cache = cache.cache_path, cache
+        self._folder = cache.cache_path
+        self._cache = cache
         self._begin = "within-" if within else ""
         if self._package == OUR_PACKAGE:
             cache.load_overload = self._load_overload
@@ -248,28 +264,38 @@ class ByClasses:
         return f"{begin}{self._cache._impl.filename_base}-{self._stamp[:16]}"
 
     def _load_overload(self, signature: Any, context: Any) -> Any:
-        """What numba's `load_overload` does, but for `context.refresh`. It imports all
-        with which numba could compile, and scipy, in 0.3 s, and numba also calls it
-        before it compiles. Our kernels need none of it to be loaded; those of others
-        may call what it brings.
+        """Do the same as numba's `load_overload`, but for `context.refresh`.
+
+        The refresh imports all with which numba could compile, and scipy, in 0.3 s, and
+        numba also calls it before it compiles. Built-in kernels need none of it to be
+        loaded; custom ones may call what it brings.
         """
         rtsys.initialize(context)
         with self._cache._guard_against_spurious_io_errors():
             return self._cache._load_overload(signature, context)
 
     def load(self, key: Any) -> Any:
-        """What is compiled for a key, which begins with the types of the arguments;
-        None where it is not there.
+        """Return the compiled code for a key; None if there is none.
+
+        The key begins with the types of the arguments.
         """
         file = self._file(key[0])
-        found = file.load(key)
-        if found is not None:
+        compiled = file.load(key)
+        if compiled is not None:
             note_use(Path(file._index_path))
-        return found
+        return compiled
 
     def save(self, key: Any, data: Any) -> None:
-        """Keep what is compiled for a key, and once in a process remove what nobody
-        uses. What cannot be written is used all the same, and NOT_KEPT has why.
+        """Keep the compiled code for a key, and remove unused entries once per process.
+
+        Code that cannot be written is used nevertheless, and NOT_KEPT has the reason.
+
+        Parameters
+        ----------
+        key : tuple
+            Begins with the types of the arguments.
+        data : Any
+            The compile result of numba.
         """
         folder = Path(self._folder)
         try:
@@ -280,16 +306,19 @@ class ByClasses:
             NOT_KEPT[self._folder] = error.strerror or str(error)
 
     def holds_any(self) -> bool:
-        """Whether the function is compiled already, for arguments of any types."""
+        """Return whether the function is compiled for arguments of any types."""
         pattern = f"{glob.escape(self._name)}*.nbi"
         return any(Path(self._folder).glob(pattern))
 
     def holds(self, classes: Iterable[type]) -> bool:
-        """Whether the function is compiled already, for arguments of these classes."""
+        """Return whether the function is compiled for arguments of these classes."""
         return Path(self._folder, f"{self._name_with(classes)}.nbi").exists()
 
     def _loaded(self) -> list[str]:
-        """The modules of the function's package: compiled code holds their numbers."""
+        """Return the modules of the function's package.
+
+        Compiled code holds their numbers.
+        """
         start = f"{self._package}."
         return [
             name
@@ -298,12 +327,14 @@ class ByClasses:
         ]
 
     def _file(self, arguments: Any) -> Any:
-        made: Any = IndexDataCacheFile
-        return made(self._folder, self._name_with(_classes(arguments)), self._stamp)
+        index_file: Any = IndexDataCacheFile
+        return index_file(
+            self._folder, self._name_with(_classes(arguments)), self._stamp
+        )
 
     def _name_with(self, classes: Iterable[type]) -> str:
-        """The name of the file for arguments of these classes."""
-        taken = {f"{one.__module__}.{one.__qualname__}" for one in classes}
+        """Return the name of the file for arguments of these classes."""
+        taken = {f"{kind.__module__}.{kind.__qualname__}" for kind in classes}
         packages = {name.partition(".")[0] for name in taken}
         held = [] if self._package == OUR_PACKAGE else [values(self._loaded())[:16]]
         if taken:
@@ -313,8 +344,9 @@ class ByClasses:
 
 
 def _unusual() -> Iterator[str]:
-    """Settings of numba which change what is compiled, and which numba's own index does
-    not name, where the user has set them.
+    """Return the settings of numba that the user has changed.
+
+    They change what is compiled, and numba's own index does not name them.
     """
     if CONFIG.OPT != USUAL_OPT:
         yield f"opt{int(CONFIG.OPT)}-"
@@ -323,8 +355,9 @@ def _unusual() -> Iterator[str]:
 
 
 def note_alone(function: Callable[..., Any]) -> None:
-    """Note that a function cannot be compiled for lanes: until its code changes, and
-    for UNUSED_DAYS at most.
+    """Note that a function cannot be compiled for lanes.
+
+    The note is valid until the code of the function changes, for UNUSED_DAYS at most.
     """
     _note(_note_of(function))
 
@@ -336,7 +369,7 @@ def _note(place: Path) -> None:
 
 
 def is_noted_alone(function: Callable[..., Any]) -> bool:
-    """Whether it is known that a function cannot be compiled for lanes."""
+    """Return whether a note tells that a function cannot be compiled for lanes."""
     try:
         return _note_of(function).exists()
     except OSError:  # a folder that nobody may look into
@@ -351,9 +384,10 @@ def _note_of(function: Callable[..., Any]) -> Path:
 def is_kept(
     function: Callable[..., Any], classes: Collection[type] | None = None
 ) -> bool:
-    """Whether what a function of ours is compiled to is kept, for arguments of any
-    types or of these `classes`; True where it is not to be compiled, with
-    NUMBA_DISABLE_JIT=1.
+    """Return whether the compiled code of a function of the project is cached.
+
+    The arguments have any types, or these `classes`. It is True where functions are not
+    compiled, with NUMBA_DISABLE_JIT=1.
     """
     cached = getattr(function, "_cache", None)
     if cached is None:
@@ -363,9 +397,9 @@ def is_kept(
 
 
 def kept(name: str, make: Callable[[], bytes]) -> bytes:
-    """The content of the file of this name in FOLDER; what `make` makes, which is kept
-    there, where there is no such file. The name must follow from all that the content
-    depends on.
+    """Return the content of a file in FOLDER, made and kept if there is none.
+
+    `make` makes the content. The name must follow from all that the content depends on.
     """
     place = FOLDER / name
     with suppress(OSError):
@@ -383,8 +417,9 @@ def kept(name: str, make: Callable[[], bytes]) -> bytes:
 
 
 def note_use(index: Path) -> None:
-    """Note that an entry of the cache is used now, by the time of its index; at most
-    once a day, so that reading seldom writes.
+    """Note that an entry of the cache is used now, by the time of its index.
+
+    The time is written at most once per day, so that reading seldom writes.
     """
     with suppress(OSError):  # removed meanwhile, or not ours to write
         if time.time() - index.stat().st_mtime > DAY:
@@ -393,9 +428,9 @@ def note_use(index: Path) -> None:
 
 @cache
 def remove_unused(folder: Path) -> None:
-    """Remove from a cache what nobody has used for UNUSED_DAYS.
+    """Remove the entries of a cache that nobody has used for UNUSED_DAYS.
 
-    A process that is about to load it compiles it again.
+    A process that is about to load one compiles it again.
     """
     entries = defaultdict[str, list[Path]](list)
     for file in folder.iterdir():
@@ -409,10 +444,12 @@ def remove_unused(folder: Path) -> None:
 
 
 def _entry(file: str) -> str:
-    """The entry to which a file of numba's belongs: an index `NAME.nbi`, data
-    `NAME.1.nbc`, and what an ended process has left, `NAME.nbi.tmp.0f`. What is
-    compiled for a GPU, `NAME.ptx` and `NAME.cubin`, and a note of ours, `NAME.alone`,
-    `NAME.promises` or `NAME.stamp`, are ones too; "" for others.
+    """Return the entry to which a file of the cache belongs; "" for other files.
+
+    An entry has an index `NAME.nbi`, data `NAME.1.nbc`, and remains of an ended
+    process, `NAME.nbi.tmp.0f`. Code that is compiled for a GPU, `NAME.ptx` and
+    `NAME.cubin`, and a note, `NAME.alone`, `NAME.promises` or `NAME.stamp`, are entries
+    too.
     """
     name = Path(file.partition(".tmp.")[0])
     if name.suffix == ".nbc":
@@ -421,21 +458,22 @@ def _entry(file: str) -> str:
 
 
 def _of_code(code: CodeType) -> str:
-    """What a function is compiled from, as a few digits: several may have one name."""
-    content, waiting = [], [code]
+    """Return a short hash of the code of a function: several may have one name."""
+    content = list[str]()
+    waiting = [code]
     while waiting:
-        one = waiting.pop()
-        inner = [part for part in one.co_consts if isinstance(part, CodeType)]
-        plain = [part for part in one.co_consts if not isinstance(part, CodeType)]
-        content += [one.co_code.hex(), repr(plain), repr(one.co_names)]
+        block = waiting.pop()
+        inner = [part for part in block.co_consts if isinstance(part, CodeType)]
+        plain = [part for part in block.co_consts if not isinstance(part, CodeType)]
+        content += [block.co_code.hex(), repr(plain), repr(block.co_names)]
         waiting += inner
     return hashlib.sha256("\n".join(content).encode()).hexdigest()[:12]
 
 
 def _classes(arguments: Iterable[Any]) -> Iterator[type[Any]]:
-    """The named tuples among types of arguments, and within them."""
-    for one in arguments:
-        if isinstance(one, types.NamedTuple | types.NamedUniTuple):
-            yield one.instance_class
-        if isinstance(one, TUPLES):
-            yield from _classes(one.types)
+    """Yield the classes of named tuples among types of arguments, and within them."""
+    for argument in arguments:
+        if isinstance(argument, types.NamedTuple | types.NamedUniTuple):
+            yield argument.instance_class
+        if isinstance(argument, TUPLES):
+            yield from _classes(argument.types)

@@ -1,7 +1,7 @@
-"""What names stand for: the models, metrics, maps and starts that a study may name.
+"""Models, metrics, maps and starts that a study may name.
 
-Most studies name ours, and those of installed packages: BUILT_IN. A study that brings
-files of its own has a catalogue with their entries too.
+Most studies name built-in entries, and entries of installed packages: BUILT_IN. A study
+with files of its own has a catalogue with their entries too.
 """
 
 from collections.abc import Mapping
@@ -16,8 +16,10 @@ from kernels.worlds import MAPS, Map
 
 @dataclass(frozen=True, eq=False)
 class Catalogue:
-    """Entries of each kind by name. Two catalogues are the same if they are one object,
-    also after they were sent to another process.
+    """Entries of each kind by name.
+
+    Two catalogues are equal if they are one object, also after they were sent to
+    another process.
     """
 
     models: Mapping[str, Model]
@@ -27,14 +29,20 @@ class Catalogue:
 
     @property
     def runs(self) -> tuple[str, ...]:
-        """What runs to have them beside us: files of the user's own, and modules of
-        packages that a spec names.
-        """
+        """Files of custom code, and modules of packages, that a spec names."""
         return ()
 
     def written(self, _kind: str, name: str, /) -> str:
-        """How a spec names an entry of a kind, as "models": by its name, or by the file
-        or module that has it.
+        """Return the text by which a spec names an entry.
+
+        The text is the name of a built-in entry, or the file or module that has a
+        custom entry.
+
+        Parameters
+        ----------
+        _kind : str
+            The kind of the entry, such as "models".
+        name : str
         """
         return name
 

@@ -1,12 +1,13 @@
-"""Random numbers by address: each is a hash of a key and of what it is for, so that it
-does not depend on how many were drawn before. And normal numbers, of these and of any
-generator.
+"""Random numbers by address, and normal numbers of an address or of any generator.
+
+A random number is a hash of a key and of its purpose, so it does not depend on how many
+numbers were drawn before.
 
 The generator is Philox4x32-10: J. K. Salmon, M. A. Moraes, R. O. Dror, D. E. Shaw
 (2011), Parallel random numbers: as easy as 1, 2, 3, SC'11. Normal numbers come from the
 inverse of their distribution: M. J. Wichura (1988), Algorithm AS 241: the percentage
-points of the normal distribution, Applied Statistics 37, 477-484 (PPND16). They have
-the same bits everywhere; `Generator.normal` of NumPy calls functions of the system.
+points of the normal distribution, Applied Statistics 37, 477-484 (PPND16). They are
+bitwise identical everywhere; `Generator.normal` of NumPy calls functions of the system.
 """
 
 import math
@@ -32,7 +33,7 @@ CENTRE, TAIL = 0.425, 5.0
 
 
 class ChanceKey(NamedTuple):
-    """Two numbers below 2^32, which tell trials apart."""
+    """Two integers in [0, 2^32) that tell trials apart."""
 
     first: int
     second: int
@@ -43,8 +44,19 @@ NO_KEY = ChanceKey(0, 0)
 
 @jit
 def words(key: ChanceKey, a: int, b: int, c: int, d: int) -> tuple[Any, Any, Any, Any]:
-    """Four random words of 32 bits, as unsigned numbers of 64, at the address (a, b, c,
-    d) of four numbers below 2^32.
+    """Return four random words of 32 bits at an address.
+
+    Parameters
+    ----------
+    key : ChanceKey
+        Key of the trial.
+    a, b, c, d : int
+        Address: four integers in [0, 2^32).
+
+    Returns
+    -------
+    tuple of numpy.uint64
+        Four numbers below 2^32.
     """
     w, x, y, z = np.uint64(a), np.uint64(b), np.uint64(c), np.uint64(d)
     k, m = np.uint64(key.first), np.uint64(key.second)
@@ -57,8 +69,9 @@ def words(key: ChanceKey, a: int, b: int, c: int, d: int) -> tuple[Any, Any, Any
 
 @jit
 def uniform(one: Any, other: Any) -> float:
-    """The number in (0, 1) that two random words are: the middle of one of 2^53 parts
-    of equal length, rounded to a double below 1.
+    """Return the number in (0, 1) that two random words stand for.
+
+    It is the middle of one of 2^53 parts of equal length, rounded to a double below 1.
     """
     high, low = one >> DROPPED[0], other >> DROPPED[1]
     return min((float(high) * UPPER + float(low) + 0.5) * UNIT, BELOW_1)
@@ -66,25 +79,50 @@ def uniform(one: Any, other: Any) -> float:
 
 @jit
 def chance(key: ChanceKey, a: int, b: int, c: int, d: int) -> float:
-    """A uniform number in (0, 1) at an address."""
+    """Return a uniform random number in (0, 1) at an address.
+
+    Parameters
+    ----------
+    key : ChanceKey
+        Key of the trial.
+    a, b, c, d : int
+        Address: four integers in [0, 2^32).
+
+    Returns
+    -------
+    float
+    """
     w, x, _, _ = words(key, a, b, c, d)
     return uniform(w, x)
 
 
 @jit
 def normals(key: ChanceKey, a: int, b: int, c: int, d: int) -> tuple[float, float]:
-    """Two independent standard normal numbers at an address."""
+    """Return two independent standard normal numbers at an address.
+
+    Parameters
+    ----------
+    key : ChanceKey
+        Key of the trial.
+    a, b, c, d : int
+        Address: four integers in [0, 2^32).
+
+    Returns
+    -------
+    tuple of float
+    """
     w, x, y, z = words(key, a, b, c, d)
     return quantile(uniform(w, x)), quantile(uniform(y, z))
 
 
 @jit
 def normal(rng: Generator) -> float:
-    """A standard normal number of a generator: the quantile of the middle of that one
-    of 2^53 parts of (0, 1), of equal length, in which its next uniform number is.
+    """Return a standard normal number that `rng` draws.
 
-    This is exact until the quantile: the distance of such a middle from 1/2, and from
-    the nearer end, has 53 bits at most. So the distribution is symmetric, and its
+    The next uniform number of the generator lies in one of 2^53 parts of (0, 1) of
+    equal length. The normal number is the quantile of the middle of this part. The
+    computation is exact until the quantile: the distance of such a middle from 1/2, and
+    from the nearer end, has 53 bits at most. So the distribution is symmetric, and its
     largest number is 8.29.
     """
     q = (rng.random() - 0.5) + 0.5 * UNIT
@@ -93,13 +131,13 @@ def normal(rng: Generator) -> float:
 
 @jit
 def quantile(p: float) -> float:
-    """The standard normal quantile of `p` in (0, 1), to about 1 part in 10^16."""
+    """Return the standard normal quantile of `p` in (0, 1), to 1 part in 10^16."""
     return _quantile(p - 0.5, min(p, 1.0 - p))
 
 
 @jit
 def _quantile(q: float, tail: float) -> float:
-    """The quantile of 1/2 + q, which is `tail` from the nearer end of (0, 1)."""
+    """Return the quantile of 1/2 + q, which is `tail` from the nearer end of (0, 1)."""
     if abs(q) <= CENTRE:
         r = CENTRE * CENTRE - q * q
         return q * _ratio(r, NEAR_MIDDLE, UNDER_MIDDLE)
@@ -113,7 +151,10 @@ def _quantile(q: float, tail: float) -> float:
 
 @jit
 def _ratio(r: float, over: tuple[float, ...], under: tuple[float, ...]) -> float:
-    """The ratio of two polynomials of degree 7, coefficients from the highest power."""
+    """Return the ratio of two polynomials of degree 7 at `r`.
+
+    The coefficients begin with the highest power.
+    """
     a, b = over[0], under[0]
     for k in range(1, 8):
         a, b = a * r + over[k], b * r + under[k]

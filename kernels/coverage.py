@@ -1,7 +1,7 @@
 """Visited pixels.
 
-A pixel is a point (column, row) of the world, whole numbers in units of the side of a
-pixel; it is traversable outside all obstacles.
+A pixel is a point (column, row) of the world, integers in units of the side of a pixel;
+it is traversable outside all obstacles.
 """
 
 import math
@@ -16,12 +16,14 @@ from kernels.state import Indices, World
 from kernels.worlds import Reach, inside_any
 
 BLOCKED, N_SUMS = -(2**30), 3
-"""Where the visit counts of obstacle pixels start, and how many sums are kept. Counts
-in obstacles always stay negative, so no second array has to mark obstacles.
+"""First visit count of pixels in obstacles, and number of sums.
+
+Counts in obstacles always stay negative, so no second array has to mark obstacles.
 """
 BAND = 64
-"""So many rows of pixels a thread has before the next one has as many: few footprints
-lie in two bands, and a gathered flock in more than one.
+"""Rows of pixels per band of a thread.
+
+Few footprints lie in two bands, and a gathered flock lies in more than one.
 """
 
 
@@ -29,11 +31,11 @@ class Coverage(NamedTuple):
     """Visit counts and their running sums.
 
     `visits` (rows * columns,) counts footprints, row after row, and is negative in
-    obstacles; `traversable` is the number of pixels that are not, `per_length` that of
-    pixels a length. `stamp` (P,) holds the P pixels of a footprint truncated to
-    integers, counted from the corner of its square; it is empty where footprints are
-    discs about the true position. `sums` (3,) holds the number of pixels visited, the
-    sum and the sum of squares of the visit counts.
+    obstacles; `traversable` is the number of pixels outside obstacles, `per_length` the
+    number of pixels per length. `stamp` (P,) holds the P pixels of a footprint
+    truncated to integers, counted from the corner of its square; it is empty where
+    footprints are discs about the true position. `sums` (3,) holds the number of pixels
+    visited, the sum and the sum of squares of the visit counts.
     """
 
     visits: NDArray[np.int32]
@@ -47,7 +49,21 @@ class Coverage(NamedTuple):
 
 
 def build_coverage(world: World, contact: Reach, observation: Observation) -> Coverage:
-    """Nothing visited yet; `contact` is the Reach of `world` with margin 0."""
+    """Return a Coverage of a world without any visit.
+
+    Parameters
+    ----------
+    world : World
+        Gives size and obstacles.
+    contact : Reach
+        The Reach of `world` with margin 0.
+    observation : Observation
+        Gives side of a pixel, radius and kind of footprints.
+
+    Returns
+    -------
+    Coverage
+    """
     rows, columns = coverage_shape(world.width, world.height, observation.pixel)
     radius = observation.footprint_radius
     visits = np.zeros(rows * columns, np.int32)
@@ -71,12 +87,25 @@ def build_coverage(world: World, contact: Reach, observation: Observation) -> Co
 
 
 def coverage_shape(width: float, height: float, pixel: float) -> tuple[int, int]:
-    """Rows and columns of the pixels of a world, whole ones only."""
+    """Return the numbers of rows and columns of whole pixels in a world.
+
+    Parameters
+    ----------
+    width, height : float
+        Size of the world.
+    pixel : float
+        Side of a pixel, in the same unit.
+
+    Returns
+    -------
+    tuple of int
+        Rows and columns. A remainder below 1e-12 of the size makes a whole pixel.
+    """
     return int(height / pixel * (1 + 1e-12)), int(width / pixel * (1 + 1e-12))
 
 
 def no_coverage() -> Coverage:
-    """A Coverage without pixels, for trials that record none."""
+    """Return a Coverage without pixels, for trials that record none."""
     return Coverage(
         np.zeros(0, np.int32),
         0,
@@ -90,7 +119,10 @@ def no_coverage() -> Coverage:
 
 
 def unvisited(coverage: Coverage) -> Coverage:
-    """A Coverage of the same pixels to be visited anew, from one with no visits."""
+    """Return a Coverage of the same pixels with arrays of its own.
+
+    `coverage` must have no visits.
+    """
     return coverage._replace(visits=coverage.visits.copy(), sums=coverage.sums.copy())
 
 
@@ -111,7 +143,21 @@ def block(
     columns: int,
     pixel: float,
 ) -> None:
-    """Mark the pixels of `visits` that lie in an obstacle."""
+    """Mark the pixels of `visits` that lie in an obstacle.
+
+    Parameters
+    ----------
+    world : World
+        Gives obstacles.
+    contact : Reach
+        The Reach of `world` with margin 0.
+    visits : array of int32, shape (rows * columns,)
+        Visit counts; BLOCKED is written for pixels in obstacles.
+    rows, columns : int
+        Shape of the pixels.
+    pixel : float
+        Side of a pixel.
+    """
     for row in range(rows):
         for column in range(columns):
             if inside_any(world, contact, column * pixel, row * pixel):
@@ -120,18 +166,37 @@ def block(
 
 @jit
 def mark(coverage: Coverage, x: float, y: float) -> None:
-    """Count a visit of the footprint about (x, y): the pixels within `radius` of it, or
-    of the pixel it lies in.
+    """Count a visit of the footprint about (x, y).
 
-    Pixels outside the world or in obstacles do not count. Section 3.2 of
-    aziel_chen2025.
+    The footprint has the pixels within `radius` of the position, or of the pixel it
+    lies in. Pixels outside the world or in obstacles do not count. Source: section 3.2
+    of aziel_chen2025.
+
+    Parameters
+    ----------
+    coverage : Coverage
+        Visit counts and sums, changed in place.
+    x, y : float
+        Position of a boid.
     """
     mark_share(coverage, x, y, 0, 1)
 
 
 @jit
 def mark_share(coverage: Coverage, x: float, y: float, rank: int, size: int) -> None:
-    """`mark` in the rows of one of `size` threads: see `_is_of`."""
+    """Count a visit as `mark` does, in the rows of one of `size` threads.
+
+    Parameters
+    ----------
+    coverage : Coverage
+        Visit counts and sums, changed in place.
+    x, y : float
+        Position of a boid.
+    rank : int
+        Index of the thread, from 0.
+    size : int
+        Number of threads.
+    """
     x, y = x * coverage.per_length, y * coverage.per_length
     radius = coverage.radius
     right, top = coverage.columns - radius - 1.0, coverage.rows - radius - 1.0
@@ -151,16 +216,18 @@ def mark_share(coverage: Coverage, x: float, y: float, rank: int, size: int) -> 
 
 @jit
 def _is_of(row: int, rank: int, size: int) -> bool:
-    """Whether a row of pixels is one of the `rank`-th of `size` threads: they have
-    bands of BAND rows in turn.
+    """Return whether a row of pixels belongs to the `rank`-th of `size` threads.
+
+    Threads have bands of BAND rows in turn.
     """
     return row // BAND % size == rank
 
 
 @jit
 def _mark_stamp(coverage: Coverage, corner: np.uint32, rank: int, size: int) -> None:
-    """Count the stamp whose square has its first pixel at `corner`; the whole square
-    lies in the world.
+    """Count the stamp whose square has its first pixel at `corner`.
+
+    The whole square lies in the world.
     """
     new, visits, total = 0, 0, 0
     for k in range(coverage.stamp.size):
@@ -177,8 +244,9 @@ def _mark_stamp(coverage: Coverage, corner: np.uint32, rank: int, size: int) -> 
 
 @jit
 def _mark_clipped(coverage: Coverage, x: float, y: float, rank: int, size: int) -> None:
-    """Count the footprint about (x, y), or that point truncated, leaving out what lies
-    outside the world.
+    """Count the part of the footprint about (x, y) that lies in the world.
+
+    A footprint with a stamp is about the point truncated to integers.
     """
     radius = coverage.radius
     if coverage.stamp.size > 0:
@@ -205,8 +273,10 @@ def _mark_clipped(coverage: Coverage, x: float, y: float, rank: int, size: int) 
 
 @jit
 def _add(coverage: Coverage, new: int, visits: int, total: int) -> None:
-    """Add to the sums pixels with `total` visits together, which got one more visit
-    each. The square of a count grows by 2 count + 1.
+    """Add one more visit of each of some pixels to the sums.
+
+    `visits` pixels had `total` visits together, and `new` of them none. The square of a
+    count grows by 2 count + 1.
     """
     coverage.sums[0] += new
     coverage.sums[1] += visits
@@ -214,6 +284,6 @@ def _add(coverage: Coverage, new: int, visits: int, total: int) -> None:
 
 
 def heatmap(coverage: Coverage) -> NDArray[np.int32]:
-    """Visit counts, shape (rows, columns), -1 in obstacles."""
+    """Return visit counts, shape (rows, columns); -1 in obstacles."""
     counts = np.where(coverage.visits < 0, np.int32(-1), coverage.visits)
     return counts.reshape(coverage.rows, coverage.columns)

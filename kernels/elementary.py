@@ -1,17 +1,18 @@
-"""Elementary functions by arithmetic alone: sine, cosine, arctangent, exponential,
-logarithm, power.
+"""Elementary functions by arithmetic alone.
 
-A mathematics library rounds as it likes, so the last bits of its results differ from
-one system to the next, and on a GPU. IEEE 754 says what each addition, multiplication
-and division gives. So these functions have the same bits wherever kernels run, in the
-interpreter too, as long as nobody fuses a multiplication with an addition.
+They are sine, cosine, arctangent, exponential, logarithm and power.
+
+A mathematics library is free in how it rounds, so the last bits of its results differ
+between systems, and on a GPU. IEEE 754 defines the result of each addition,
+multiplication and division. So these functions are bitwise identical wherever kernels
+run, in the interpreter too, as long as nobody fuses a multiplication with an addition.
 
 The error of each result is below BOUND units in the last place (ulp) of the exact
-value, and nearly always it is the double next to this. The way is the same for all of
-them. The argument is brought near to an entry of a table; the function of what is left
-is a short polynomial; and the result is kept as the sum of two numbers, of which the
-second holds what the first one rounds away, until the very end. Exponentials and powers
-are what models compute most, and keep less of that: BOUND_OF_EXP.
+value, and the result is nearly always the double next to this value. All functions work
+in the same way. The argument is brought near to an entry of a table; the function of
+the remainder is a short polynomial; and the result is kept until the very end as the
+sum of two numbers, of which the second holds the rounding of the first. Exponentials
+and powers are what models compute most, and have a larger error: BOUND_OF_EXP.
 
 Sources: P. T. P. Tang (1989), Table-driven implementation of the exponential function
 in IEEE floating-point arithmetic, ACM TOMS 15, 144-157, and (1990) of the logarithm
@@ -48,17 +49,21 @@ from kernels.jit import jit
 from kernels.state import Floats
 
 BOUND, BOUND_OF_EXP, BOUND_OF_LEAST = 0.501, 0.51, 0.76
-"""Errors are below so many units in the last place: the others of `exp` and `power`,
-and of results of these that are too small to have all of their bits.
+"""Bounds of errors, in units in the last place.
+
+The second is for `exp` and `power`, the third for results of these that are too small
+to have all of their bits.
 """
 MOST_ANGLE = 2.0**20
-"""The largest angle, in radians, of which there is a sine or a cosine: a quarter of a
-turn is known to 152 bits, which are enough up to here.
+"""Largest angle with a sine and a cosine, in radians.
+
+A quarter of a turn is known to 152 bits, which are enough up to here.
 """
 SPLITTER = 2.0**27 + 1.0
 SHIFT = 1.5 * 2.0**52
-"""The doubles near it are whole numbers: adding it rounds to one, whose bits then are
-the last ones of the sum.
+"""Number whose neighbouring doubles are integers.
+
+Adding it rounds to an integer, whose bits then are the last ones of the sum.
 """
 SHIFT_BITS = 0x4338000000000000
 SHIFT_22 = 1.5 * 2.0**30
@@ -72,11 +77,11 @@ LEAST_WITH_ALL_BITS, LIFTED = 2.0**-1022, 64.0
 LIFT = 2.0**LIFTED
 EXP_ENTRY = EXP_HIGH + EXP_LOW
 EXP_REST = ((EXP_HIGH - EXP_ENTRY) + EXP_LOW) / EXP_ENTRY
-"""The doubles next to powers of 2, and by which share of itself each is too small."""
+"""The doubles next to powers of 2, and the relative error of each."""
 LOG_FACTORS, LOGS, LOG_RESTS = (
     np.concatenate([np.zeros(FIRST_LOG), one]) for one in (FACTOR, LOG_HIGH, LOG_LOW)
 )
-"""Tables from the place 0 on: compilers then see that no place is negative."""
+"""Tables from the index 0 on: compilers then see that no index is negative."""
 MOST_EXP, LEAST_EXP = 710.0, -746.0
 """Beyond these the exponential is infinite and zero."""
 LEAST_NORMAL, MOST_EXPONENT = -1022, 1023
@@ -91,27 +96,28 @@ MOST_POWER = 2.0**65
 
 @jit
 def bits_of(x: float) -> Any:
-    """The 64 bits of a number, as an integer."""
+    """Return the 64 bits of a double as an integer."""
     return np.float64(x).view(np.int64)
 
 
 @jit
 def number_of(bits: Any) -> float:
-    """The number of which these are the bits."""
+    """Return the double that has these 64 bits."""
     return float(np.int64(bits).view(np.float64))
 
 
 @jit
 def entry_of(table: Floats, k: int) -> float:
-    """An entry of a table, at a place that is in it whatever the argument is: in lanes
-    such a place is computed too where a single trial needs none.
+    """Return the entry `k` of a table, an index that is always in range.
+
+    Lanes compute such an index even where a single trial does not need it.
     """
     return float(table[k])
 
 
 @jit
 def _sum(a: float, b: float) -> tuple[float, float]:
-    """The sum of two numbers, and what it rounds away."""
+    """Return the sum of two numbers, and its rounding error."""
     s = a + b
     back = s - a
     return s, (a - (s - back)) + (b - back)
@@ -119,14 +125,14 @@ def _sum(a: float, b: float) -> tuple[float, float]:
 
 @jit
 def _sum_to(a: float, b: float) -> tuple[float, float]:
-    """`_sum` where |a| >= |b|, or a is 0."""
+    """Return the sum and its rounding error where |a| >= |b|, or a is 0."""
     s = a + b
     return s, b - (s - a)
 
 
 @jit
 def _halves(a: float) -> tuple[float, float]:
-    """A number as the sum of two with 26 bits each."""
+    """Return a number as the sum of two numbers with 26 bits each."""
     c = SPLITTER * a
     high = c - (c - a)
     return high, a - high
@@ -134,7 +140,7 @@ def _halves(a: float) -> tuple[float, float]:
 
 @jit
 def _product(a: float, b: float) -> tuple[float, float]:
-    """The product of two numbers, and what it rounds away."""
+    """Return the product of two numbers, and its rounding error."""
     p = a * b
     (c, d), (e, f) = _halves(a), _halves(b)
     return p, ((c * e - p) + c * f + d * e) + d * f
@@ -142,12 +148,12 @@ def _product(a: float, b: float) -> tuple[float, float]:
 
 @jit
 def _exp(x: float, rest: float) -> float:
-    """exp(x + rest), where |rest| < 2^-15, without a branch.
+    """Return exp(x + rest), where |rest| < 2^-15, without a branch.
 
-    It is an entry a of a table, times a power of 2, times 1 + b, where |b| < 2^-8. So
-    what is rounded before the last sum is below 2^-7 units of this. One half of the
-    power of 2 is added to the bits of the entry, and the other one is a factor, so that
-    the result may be next to the least or the largest number.
+    The result is an entry a of a table, times a power of 2, times 1 + b, where |b| <
+    2^-8. So the rounding before the last sum is below 2^-7 units of the result. One
+    half of the power of 2 is added to the bits of the entry, and the other one is a
+    factor, so that the result may be next to the least or the largest number.
     """
     x = MOST_EXP if x > MOST_EXP else LEAST_EXP if x < LEAST_EXP else x
     shifted = x * PER_EXP_STEP + SHIFT
@@ -165,8 +171,9 @@ def _exp(x: float, rest: float) -> float:
 
 @jit
 def _scaled(y: float, low: float, exponent: int) -> float:
-    """(y + low) 2^exponent, rounded once. `y` is between 1/2 and 2, and |low| is below
-    2^-6.
+    """Return (y + low) 2^exponent, rounded once.
+
+    `y` is between 1/2 and 2, and |low| is below 2^-6.
     """
     if LEAST_NORMAL < exponent <= MOST_EXPONENT:
         return (y + low) * float(POWERS[exponent - LEAST_NORMAL])
@@ -181,14 +188,16 @@ def _scaled(y: float, low: float, exponent: int) -> float:
 
 @jit
 def exp(x: float) -> float:
-    """The exponential of `x`."""
+    """Return the exponential of `x`."""
     return _exp(x, 0.0)
 
 
 @jit
 def _grown(x: float) -> tuple[int, float, float]:
-    """Of exp(x) the number k of steps, and with two parts of more bits than `_exp` has
-    by how much what is left differs from 1, for where 1 is taken from the result.
+    """Return the parts of exp(x) from which 1 can be subtracted exactly.
+
+    They are the number k of steps, and in two parts with more bits than `_exp` has, the
+    difference of the remaining factor from 1.
     """
     shifted = x * PER_EXP_STEP + SHIFT
     steps = shifted - SHIFT
@@ -204,7 +213,7 @@ def _grown(x: float) -> tuple[int, float, float]:
 
 @jit
 def expm1(x: float) -> float:
-    """exp(x) - 1, as exact near zero."""
+    """Return exp(x) - 1, with the full precision near zero."""
     if not -40.0 <= x <= MOST_EXP:
         return math.inf if x > 0.0 else -1.0 if x < 0.0 else x
     if abs(x) < FLAT:
@@ -225,11 +234,12 @@ def expm1(x: float) -> float:
 
 @jit
 def _log(x: float) -> tuple[float, float]:
-    """The natural logarithm of a positive, finite number in two parts, of which the
-    second is below 2^-16 times the first.
+    """Return the natural logarithm of a positive, finite number in two parts.
 
-    A number m near 1 times a power of 2 has the same logarithm but for a multiple of
-    ln 2. An entry c of a table, of 11 bits, is next to 1 / m. The first part of m is a
+    The second part is below 2^-16 times the first.
+
+    A number m near 1 times a power of 2 has the same logarithm but for a multiple of ln
+    2. An entry c of a table, of 11 bits, is next to 1 / m. The first part of m is a
     multiple of 2^-22. So both parts of r = c m - 1 are exact, the square of the first
     too, and the table's first parts have zeros where sums would round.
     """
@@ -255,7 +265,7 @@ def _log(x: float) -> tuple[float, float]:
 
 @jit
 def log(x: float) -> float:
-    """The natural logarithm of `x`: -inf for 0, and no number (nan) below."""
+    """Return the natural logarithm of `x`: -inf for 0, and NaN below."""
     if not 0.0 < x < math.inf:
         return -math.inf if x == 0.0 else math.nan if x < 0.0 else x
     y, low = _log(x)
@@ -264,7 +274,7 @@ def log(x: float) -> float:
 
 @jit
 def power(x: float, y: float) -> float:
-    """`x` to the power `y`, for x >= 0; no number (nan) for x < 0."""
+    """Return `x` to the power `y`, for x >= 0; NaN for x < 0."""
     a, b = _log(x)
     by = MOST_POWER if y > MOST_POWER else -MOST_POWER if y < -MOST_POWER else y
     (c, d), (e, f) = _halves(a), _halves(by)
@@ -278,8 +288,10 @@ def power(x: float, y: float) -> float:
 
 @jit
 def _turned_back(x: float) -> tuple[int, float, float]:
-    """The quarter of a turn in which an angle is, 0 to 3, and in two parts how far it
-    is from its middle, which is at multiples of pi / 2.
+    """Return the quarter of a turn of an angle, and the remainder.
+
+    The quarter is 0 to 3. The remainder is the distance, in two parts, from the middle
+    of the quarter; middles are at multiples of pi / 2.
     """
     shifted = x * PER_HALF_PI + SHIFT
     quarters = shifted - SHIFT
@@ -293,7 +305,10 @@ def _turned_back(x: float) -> tuple[int, float, float]:
 
 @jit
 def _sine_cosine(high: float, low: float) -> tuple[float, float]:
-    """Sine and cosine of high + low, an angle of at most pi / 4 to either side."""
+    """Return sine and cosine of high + low.
+
+    The angle is at most pi / 4 in absolute value.
+    """
     size = abs(high)
     k = bits_of(min(EIGHTH, size) * SINE_PARTS + SHIFT) & 63
     d, rest = _sum(size - k / SINE_PARTS, low if high >= 0.0 else -low)
@@ -314,7 +329,7 @@ def _sine_cosine(high: float, low: float) -> tuple[float, float]:
 
 @jit
 def sine_cosine(x: float) -> tuple[float, float]:
-    """Sine and cosine of an angle in radians; no numbers (nan) beyond MOST_ANGLE."""
+    """Return sine and cosine of an angle in radians; NaN beyond MOST_ANGLE."""
     if not abs(x) <= MOST_ANGLE:
         return math.nan, math.nan
     quarter, high, low = _turned_back(x)
@@ -326,20 +341,21 @@ def sine_cosine(x: float) -> tuple[float, float]:
 
 @jit
 def sin(x: float) -> float:
-    """The sine of an angle in radians; no number (nan) beyond MOST_ANGLE."""
+    """Return the sine of an angle in radians; NaN beyond MOST_ANGLE."""
     return sine_cosine(x)[0]
 
 
 @jit
 def cos(x: float) -> float:
-    """The cosine of an angle in radians; no number (nan) beyond MOST_ANGLE."""
+    """Return the cosine of an angle in radians; NaN beyond MOST_ANGLE."""
     return sine_cosine(x)[1]
 
 
 @jit
 def _slope(small: float, big: float) -> tuple[float, float]:
-    """The arctangent of small / big in two parts; small <= big, both finite and not
-    below 0.
+    """Return the arctangent of small / big in two parts.
+
+    `small` is at most `big`; both are finite and not below 0.
     """
     ratio = small / big if small > 0.0 else 0.0
     if ratio < FLAT:
@@ -364,8 +380,9 @@ def _slope(small: float, big: float) -> tuple[float, float]:
 
 @jit
 def atan2(y: float, x: float) -> float:
-    """The angle of the vector (x, y) from -pi to pi, radians, with the sign of `y`; as
-    IEEE 754 has it for zeros and infinite numbers.
+    """Return the angle of the vector (x, y) from -pi to pi, radians.
+
+    It has the sign of `y`. Zeros and infinite numbers are treated as IEEE 754 demands.
     """
     if x != x or y != y:
         return math.nan

@@ -1,6 +1,7 @@
-"""What is counted during a trial: escapes, collisions, arrivals at the goal, how long
-boids have moved in step, how flocks have parted and joined; and what is summed up of
-their motion.
+"""Counts and sums during a trial.
+
+Counted are escapes, collisions, arrivals at the goal, steps that boids have moved in
+step, and how flocks have parted and joined. Summed are measures of motion.
 
 The start itself is not counted. A boid that is outside, in an obstacle or in contact at
 the start counts in step 1.
@@ -30,17 +31,17 @@ TOUCHING, ACCOMPANIED, OUT_OF_STEP = 1, 2, 4
 
 
 class Watch(NamedTuple):
-    """What is counted, and the state of N boids after the last step.
+    """Counts, and the state of N boids after the last step.
 
-    `counting` is for what concerns a boid and its place, `pairing` for what concerns
-    two boids, `integrating` for what concerns its velocity, and `following` for what
+    `counting` switches on what concerns a boid and its position, `pairing` what
+    concerns two boids, `integrating` what concerns its velocity, and `following` what
     becomes of flocks from frame to frame. `contact` is the Reach with margin 0.
-    `outside`, `inside`, `touching` and `arrived` (N,) say which boids were outside the
+    `outside`, `inside`, `touching` and `arrived` (N,) tell which boids were outside the
     world, in an obstacle or in contact with another, and which have been at the goal,
     or at all of several; `in_step` (N,) for how many steps a boid has moved in step
     with all its neighbours. `order` (N,) are the boids sorted by x, `state` (N,) is
-    room for a step. `before_x` and `before_y` (N,) are the places one step earlier.
-    `flock_before` (N,) has of each boid the label of its flock at the last frame on
+    room for a step. `before_x` and `before_y` (N,) are the positions one step earlier.
+    `flock_before` (N,) has the label of the flock of each boid at the last frame on
     time; `flock_now`, `next_member` and `is_met` (N,) are room for a frame.
 
     `events` (N_EVENTS,) holds the counts: how often each of the first three began, how
@@ -49,8 +50,8 @@ class Watch(NamedTuple):
     boids began, how often flocks have parted and joined up to the last frame on time,
     and how many goals all boids together have reached. `integrals` (N_INTEGRALS,) are
     sums over boids and steps: of their speeds, of the squares of the changes of their
-    velocities, and of the gains of |v|^2 / 2, losses left out. `goals` are those of the
-    Workspace, which are noted here whatever is counted.
+    velocities, and of the gains of |v|^2 / 2, losses left out. `goals` are the goals of
+    the Workspace; reached goals are always noted here.
     """
 
     counting: bool
@@ -87,7 +88,25 @@ def build_watch(
     observation: Observation,
     goals: Goals | None,
 ) -> Watch:
-    """Nothing counted yet for `n` boids."""
+    """Return a Watch of `n` boids with all counts at zero.
+
+    Parameters
+    ----------
+    n : int
+        Number of boids.
+    counting, pairing, integrating, following : bool
+        Groups of counts to keep up, see Watch.
+    contact : Reach
+        The Reach of the world with margin 0.
+    observation : Observation
+        Distances and tolerances of the counts.
+    goals : Goals or None
+        Goals of the Workspace; None if there is a single goal.
+
+    Returns
+    -------
+    Watch
+    """
     outside, inside, touching, arrived = np.zeros((4, n), np.bool_)
     return Watch(
         *(counting, pairing, integrating, following, contact, observation),
@@ -108,8 +127,19 @@ def build_watch(
 
 
 def note_start(flock: Flock, world: World, watch: Watch) -> None:
-    """Note where boids start. Being outside, in an obstacle or in contact at the start
-    is not counted; being at the goal counts as an arrival.
+    """Note where boids start.
+
+    Being outside, in an obstacle or in contact at the start is not counted; being at
+    the goal counts as an arrival.
+
+    Parameters
+    ----------
+    flock : Flock
+        Boids at the start.
+    world : World
+        Gives size, obstacles and goal.
+    watch : Watch
+        Changed in place.
     """
     count(flock, world, watch, 0)
     watch.events[[ESCAPES, COLLISIONS, BOID_COLLISIONS, SETTLED, PAIR_COLLISIONS]] = 0
@@ -122,7 +152,19 @@ def note_start(flock: Flock, world: World, watch: Watch) -> None:
 
 @jit
 def count(flock: Flock, world: World, watch: Watch, step: int) -> None:
-    """Take note of what happened in `step`, the number of steps done."""
+    """Count the events of one step.
+
+    Parameters
+    ----------
+    flock : Flock
+        Boids after the step.
+    world : World
+        Gives size, obstacles and goal.
+    watch : Watch
+        Changed in place.
+    step : int
+        Number of steps done.
+    """
     note_reached(watch.goals, flock, watch.observation.goal_radius)
     if watch.counting:
         _count_places(flock, world, watch, step)
@@ -139,8 +181,9 @@ def count(flock: Flock, world: World, watch: Watch, step: int) -> None:
 
 @jit
 def _count_places(flock: Flock, world: World, watch: Watch, step: int) -> None:
-    """Count boids that left the world, entered an obstacle, or came to the goal for the
-    first time, and the goals reached.
+    """Count boids that left the world, entered an obstacle or reached the goal.
+
+    Only the first arrival of a boid counts. The goals reached are counted too.
     """
     radius = watch.observation.goal_radius
     for i in range(flock.x.size):
@@ -173,8 +216,9 @@ def _sort(flock: Flock, watch: Watch) -> None:
 
 @jit
 def _compare_pairs(flock: Flock, watch: Watch) -> None:
-    """Set the state of every boid from the pairs it belongs to. Pairs are found from
-    each boid outwards along x.
+    """Set the state of every boid from its pairs.
+
+    Pairs are searched from each boid outwards along x.
     """
     about = watch.observation
     contact2, company2 = (
@@ -208,8 +252,9 @@ def _compare_pairs(flock: Flock, watch: Watch) -> None:
 
 @jit
 def _were_nearer(watch: Watch, i: int, j: int, square: float) -> bool:
-    """Whether two boids were nearer to each other, one step earlier, than the root of
-    `square`.
+    """Return whether two boids were near to each other one step earlier.
+
+    The distance is compared with the root of `square`.
     """
     dx = watch.before_x[j] - watch.before_x[i]
     dy = watch.before_y[j] - watch.before_y[i]
@@ -218,8 +263,9 @@ def _were_nearer(watch: Watch, i: int, j: int, square: float) -> bool:
 
 @jit
 def _in_step(flock: Flock, i: int, j: int, tolerance2: float) -> bool:
-    """Whether two velocities differ by less than a part of the larger speed, whose
-    square is given.
+    """Return whether two velocities differ by less than a fraction of the larger speed.
+
+    `tolerance2` is the square of the fraction.
     """
     dx, dy = flock.vx[j] - flock.vx[i], flock.vy[j] - flock.vy[i]
     speed2 = max(
@@ -231,8 +277,9 @@ def _in_step(flock: Flock, i: int, j: int, tolerance2: float) -> bool:
 
 @jit
 def _count_pairs(watch: Watch) -> None:
-    """Count boids that came into contact with another, and boids in equilibrium, which
-    have been in step for long enough.
+    """Count boids that came into contact with another, and boids in equilibrium.
+
+    A boid in equilibrium has been in step for at least `equilibrium_steps`.
     """
     settled = 0
     for i in range(watch.state.size):
@@ -247,7 +294,7 @@ def _count_pairs(watch: Watch) -> None:
 
 @jit
 def _integrate(flock: Flock, watch: Watch) -> None:
-    """Add what this step adds to the integrals."""
+    """Add the contributions of one step to the integrals."""
     speeds, changes, gains = 0.0, 0.0, 0.0
     for i in range(flock.x.size):
         vx, vy = flock.vx[i], flock.vy[i]
@@ -265,12 +312,12 @@ def _integrate(flock: Flock, watch: Watch) -> None:
 
 @jit_apart
 def regroup(flock: Flock, watch: Watch) -> tuple[int, int]:
-    """Find the flocks of now, `flock_now`; return how often flocks have parted and how
-    often they have joined since those of `flock_before`.
+    """Find the present flocks, and return how often flocks have parted and joined.
 
-    A flock whose members are in k flocks now has parted k - 1 times, and one whose
-    members come from k flocks has been joined k - 1 times. So the number of flocks has
-    grown by the first number less the second.
+    The labels are written into `flock_now`, and compared with `flock_before`. A flock
+    whose members are in k flocks now has parted k - 1 times. A flock whose members come
+    from k flocks has been joined k - 1 times. So the number of flocks has grown by the
+    first number less the second.
     """
     n = flock.x.size
     _sort(flock, watch)
@@ -296,7 +343,7 @@ def regroup(flock: Flock, watch: Watch) -> tuple[int, int]:
 
 @jit
 def _count_origins(watch: Watch, label: int) -> int:
-    """From how many flocks of before the members of a flock come."""
+    """Return from how many earlier flocks the members of a flock come."""
     found, member, is_first = 0, label, True
     while is_first or member != label:
         is_first = False
@@ -314,7 +361,15 @@ def _count_origins(watch: Watch, label: int) -> int:
 
 @jit
 def keep_flocks(watch: Watch, parted: int, joined: int) -> None:
-    """Go on from the flocks of now, after what `regroup` has returned."""
+    """Make the present flocks the earlier ones of the next `regroup`.
+
+    Parameters
+    ----------
+    watch : Watch
+        Changed in place.
+    parted, joined : int
+        Return values of `regroup`, which are added to the events.
+    """
     for i in range(watch.flock_now.size):
         watch.flock_before[i] = watch.flock_now[i]
     watch.events[FISSIONS] += parted

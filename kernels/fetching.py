@@ -1,7 +1,8 @@
-"""Memory that is asked for before it is needed.
+"""Memory requests ahead of use.
 
-What is in no cache near the processor takes as long to come as hundreds of additions.
-A kernel that knows early what it will read asks for it, and goes on meanwhile.
+Data that is in no cache near the processor takes as long to arrive as hundreds of
+additions. A kernel that knows early what it will read requests it, and continues
+meanwhile.
 """
 
 from typing import Any
@@ -13,12 +14,13 @@ from numba.extending import intrinsic, overload
 
 BUILD: Any = cgutils
 TO_BE_READ, NEAREST_CACHE, DATA = 0, 3, 1
-"""As LLVM numbers them for its `prefetch`."""
+"""Numbers of LLVM for the arguments of its `prefetch`."""
 
 
 def fetch(_array: Any, _place: Any) -> None:
-    """Ask for the memory of the element of an array at an index, or at a tuple of them.
-    No number depends on it.
+    """Request the memory of an element of an array.
+
+    The place is an index or a tuple of indices. No number depends on the request.
     """
 
 

@@ -1,6 +1,6 @@
-"""One flock under way: put together, advanced call by call, and measured.
+"""One run of a flock: put together, advanced call by call, and measured.
 
-Whoever runs it keeps the clock, and passes in what is random.
+The caller keeps the clock, and passes in the sources of random numbers.
 """
 
 import math
@@ -49,20 +49,22 @@ from kernels.workspace import Workspace, build_workspace
 from kernels.worlds import Reach, build_moving_reach, build_reach, build_world
 
 MOST_FRAMES, FRAME_BYTES = 4096, 4 * 2**20
-"""Of the frames that are kept until they are taken."""
+"""Largest number and size of the frames that are kept until they are taken."""
 NO_GRID = "a model that looks at an occupancy grid has one of the start"
 NO_PIXELS = "visits are counted by pixels, which are free for a while or not at all"
-"""Why some things do not go together with obstacles that move."""
+"""Reasons why some settings exclude moving obstacles."""
 
 
 class Scenery(NamedTuple):
-    """The world, the reach of its obstacles' surfaces, that of their forces, the
-    model's occupancy grid, and the goals where there are several. Flights that differ
-    in their boids may share one.
+    """Surroundings of boids, which several runs may share.
 
-    Where obstacles move, `velocities` (2, M) are as `given_velocities` has them,
-    `speed` is that of the others, and any obstacle may act at any place: each flight
-    has a reach of its own.
+    They are the world, the reach of the surfaces of its obstacles, the reach of their
+    forces, the model's occupancy grid, and the goals where there are several. Runs that
+    differ only in their boids may share one scenery.
+
+    Where obstacles move, `velocities` (2, M) are the result of `given_velocities`,
+    `speed` is the speed of the others, and any obstacle may act at any position: each
+    run has a reach of its own.
     """
 
     world: World
@@ -75,9 +77,10 @@ class Scenery(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """What is to be remembered of a flight: what these `metrics` need, and a frame
-    `every` so many steps; in any case `visits` by pixel, and `bodies`. At most `frames`
-    are kept until they are taken.
+    """Recorded parts of a run.
+
+    A run records what these `metrics` need, and a frame per `every` steps; on request
+    `visits` by pixel, and `bodies`. At most `frames` are kept until they are taken.
     """
 
     metrics: tuple[Metric, ...]
@@ -88,12 +91,12 @@ class Memory(NamedTuple):
 
     @property
     def covering(self) -> bool:
-        """Whether visits must be counted."""
+        """True if visits must be counted."""
         return self.visits or any(metric.covers for metric in self.metrics)
 
 
 class Calls(NamedTuple):
-    """How often a model has observed a step, called publish, and driven a boid."""
+    """Numbers of steps observed, of calls of publish, and of boids driven."""
 
     steps: int
     published: int
@@ -102,9 +105,9 @@ class Calls(NamedTuple):
 
 @dataclass
 class Flight:
-    """A flock in its world, and all that a model's `advance` works with.
+    """A flock in its world, and everything that a model's `advance` works with.
 
-    `work` is replaced where its grid is made anew.
+    `work` is replaced when its grid is built again.
     """
 
     model: Model
@@ -119,16 +122,17 @@ class Flight:
 
     @property
     def world(self) -> World:
+        """World of the scenery, where obstacles are."""
         return self.scenery.world
 
     @property
     def step(self) -> int:
-        """The steps done."""
+        """Number of steps done."""
         return int(self.record.progress[STEP])
 
     @property
     def filled(self) -> int:
-        """The frames kept since they were last taken."""
+        """Number of frames kept since frames were last taken."""
         return int(self.record.progress[FILLED])
 
 
@@ -138,9 +142,27 @@ def build_scenery(
     reach: float = 0.0,
     grid: OccupancySettings | None = None,
 ) -> Scenery:
-    """The world of `settings` with these obstacles, as a model meets it whose
-    obstacles act up to `reach` beyond their surface and which looks at such a `grid`.
-    Raises ValueError for a grid where obstacles move.
+    """Return the world with its obstacles, as a model meets it.
+
+    Parameters
+    ----------
+    settings : WorldSettings
+        Size, borders, goals and speed of obstacles.
+    obstacles : Obstacles
+        Obstacles of the map.
+    reach : float, default 0
+        Distance from their surface up to which obstacles act on boids.
+    grid : OccupancySettings, optional
+        Occupancy grid of the model; by default no grid.
+
+    Returns
+    -------
+    Scenery
+
+    Raises
+    ------
+    ValueError
+        If there is a grid and obstacles move.
     """
     world, speed = build_world(settings, obstacles), settings.obstacle_speed
     velocities, route = given_velocities(obstacles, speed), build_route(settings)
@@ -168,14 +190,41 @@ def begin(
     rng: Generator,
     keys: ChanceKeys,
 ) -> Flight:
-    """A flight at its start, which is its first frame.
+    """Return a run at its start, which is its first frame.
 
-    `coverage` is that of the world with nothing visited, see kernels.coverage, and
-    without pixels where `memory` is not covering. `flock` and `coverage` become the
-    flight's own. `rng` has drawn the flock, and draws the state that boids begin with;
-    `keys` are for what is random about the `robots`. Raises RuntimeError
-    where the model's kinds are not those of so many boids, this state is not finite, or
-    pixels are to be visited where obstacles move.
+    Parameters
+    ----------
+    model : Model
+    params : Params
+        Parameters of the model.
+    schedule : Schedule
+        Numbers of boids and steps.
+    robots : RobotSettings
+        Sensing, actuation, failures and medium.
+    observation : Observation
+        Distances and tolerances of metrics.
+    scenery : Scenery
+    flock : Flock
+        Boids at the start; becomes the run's own.
+    memory : Memory
+        Recorded parts of the run.
+    coverage : Coverage
+        Coverage of the world without visits, see kernels.coverage; without pixels if
+        `memory` is not covering. Becomes the run's own.
+    rng : Generator
+        Has drawn the flock, and draws the state with which boids begin.
+    keys : ChanceKeys
+        Keys of random numbers of the robots and of moving obstacles.
+
+    Returns
+    -------
+    Flight
+
+    Raises
+    ------
+    RuntimeError
+        If the kinds of the model do not fit the number of boids, the first state is not
+        finite, or visits are to be counted where obstacles move.
     """
     potential = model.pair_potential(params) if model.pair_potential else NO_POTENTIAL
     flock = laid_out(flock)
@@ -238,23 +287,36 @@ def begin(
 
 
 def search_range(model: Model, params: Any, rows: Rows) -> float:
-    """How far boids see: as far as the one that sees farthest."""
+    """Return the largest perception range of all boids.
+
+    Parameters
+    ----------
+    model : Model
+    params : Params
+        Parameters of the model.
+    rows : Rows
+        Parameters of each boid; empty if all boids are equal.
+
+    Returns
+    -------
+    float
+        Range in the unit of length of the model.
+    """
     seen = map(model.sight, rows[0] if rows else [params])
     return max(float(one.range) for one in seen)
 
 
 def _margin(model: Model, params: Any, rows: Rows) -> float:
-    """How far beyond their surface obstacles act on boids: as far as on the one on
-    which they act farthest.
-    """
+    """Return the largest distance from a surface at which obstacles act on a boid."""
     return float(max(map(model.obstacle_reach, rows[0] if rows else [params])))
 
 
 def _motion(
     scenery: Scenery, memory: Memory, keys: ChanceKeys, dt: float, margin: float
 ) -> Motion | None:
-    """What moves the obstacles of a flight, None where none moves; they act up to
-    `margin` beyond their surface.
+    """Return the motion of the obstacles of a run; None if no obstacle moves.
+
+    Obstacles act up to `margin` beyond their surface.
     """
     if scenery.velocities is None:
         return None
@@ -267,7 +329,7 @@ def _motion(
 def _begun(
     model: Model, params: Any, flock: Flock, kind: Kinds, rng: Generator
 ) -> Floats:
-    """The state (S, N) with which the boids of `flock` begin."""
+    """Return the state (S, N) with which the boids of `flock` begin."""
     state = np.zeros((len(model.state), flock.x.size))
     if model.begin_state:
         model.begin_state(params, flock, kind, rng, state)
@@ -286,8 +348,10 @@ def _record(
     coverage: Coverage,
     work: Workspace,
 ) -> Record:
-    """Nothing remembered yet. There is room for FRAME_BYTES of frames, and for two at
-    least: one on time, the last.
+    """Return an empty record.
+
+    It has room for FRAME_BYTES of frames, and for at least two: one on time and the
+    last.
     """
     metrics = memory.metrics
     looks = memory.bodies or any(metric.looks for metric in metrics)
@@ -317,11 +381,29 @@ def _record(
 
 
 def advance(flight: Flight, rng: Generator, steps: int) -> bool:
-    """Take up to `steps` steps, but no more than are left and than frames have room
-    for. False if the state is not finite.
+    """Take up to `steps` steps, and return whether the state stays finite.
 
-    Raises RuntimeError where the model has taken another number of steps, does not let
-    its boids know what they measure and hear or be carried, or does not drive each.
+    The run takes no more steps than are left, and than frames have room for.
+
+    Parameters
+    ----------
+    flight : Flight
+        Changed in place.
+    rng : Generator
+        Source of the model's random numbers.
+    steps : int
+        Largest number of steps.
+
+    Returns
+    -------
+    bool
+        False if the state is not finite.
+
+    Raises
+    ------
+    RuntimeError
+        If the model has taken another number of steps, returns no bool, has not called
+        publish in each step where a layer needs it, or has not driven each boid.
     """
     free = len(flight.record.frames.step) - flight.filled - 1
     room = max(0, free * flight.record.every)
@@ -351,14 +433,15 @@ def advance(flight: Flight, rng: Generator, steps: int) -> bool:
 
 
 def calls_of(flight: Flight) -> Calls:
-    """What a model has called so far."""
+    """Return the numbers of calls that a model has made so far."""
     robots = flight.work.robots
     return Calls(flight.step, int(robots.clock[0]), int(robots.driven[0]))
 
 
 def check_calls(flight: Flight, before: Calls) -> None:
-    """Raise RuntimeError where since `before` the model has not let its boids know what
-    they measure and hear or be carried, or not driven each.
+    """Raise RuntimeError if a model has left out calls since `before`.
+
+    Robots need publish at the beginning of each step, and drive once per boid and step.
     """
     now, work = calls_of(flight), flight.work
     taken, robots = now.steps - before.steps, work.robots
@@ -378,8 +461,9 @@ def check_calls(flight: Flight, before: Calls) -> None:
 
 
 def rebuild_grid(flight: Flight, room: int = 0) -> None:
-    """Enter the whole flock into a new grid whose blocks have `room`, see
-    kernels.neighbours.build_grid.
+    """Enter the whole flock into a new grid.
+
+    Its blocks have `room`, see kernels.neighbours.build_grid.
     """
     rows, topology = flight.work.robots.rows, flight.work.near.topology
     reach = search_range(flight.model, flight.params, rows)
@@ -393,8 +477,18 @@ def rebuild_grid(flight: Flight, room: int = 0) -> None:
 def measure(
     flight: Flight, metrics: Sequence[Metric], blank: float = math.nan
 ) -> NDArray[np.float64]:
-    """The values of metrics in the frames kept, shape (number of metrics, F); `blank`
-    where a metric has written none.
+    """Return the values of metrics in the frames kept.
+
+    Parameters
+    ----------
+    flight : Flight
+    metrics : sequence of Metric
+    blank : float, default NaN
+        Value where a metric has written none.
+
+    Returns
+    -------
+    array of float64, shape (number of metrics, F)
     """
     values = np.full((len(metrics), flight.filled), blank)
     for row, metric in zip(values, metrics, strict=True):
@@ -413,8 +507,9 @@ def measure(
 
 
 def _measure_part(flight: Flight, metric: Metric, values: NDArray[np.float64]) -> None:
-    """Write the values of a metric of a part of the boids, in frames and on a ground
-    that have no others; NaN where the part has none.
+    """Write the values of a metric of a part of the boids; NaN for an empty part.
+
+    The metric gets frames and a ground that have only these boids.
     """
     if not flight.filled:
         return
@@ -453,11 +548,11 @@ def forget_frames(flight: Flight) -> None:
 
 
 def go_on_from(flight: Flight, earlier: Flight) -> None:
-    """Put a flight in the place of `earlier`, which has as many boids: the flock, the
-    steps and the counts become those of `earlier`. All frames must have been taken.
+    """Make `flight` continue the run `earlier`, which has as many boids.
 
-    The state of boids is kept if both have the same rows of it, and visits if both have
-    the same pixels outside obstacles.
+    The flock, the steps and the counts become those of `earlier`. All frames must have
+    been taken. The state of boids is kept if both have the same rows of it, and visits
+    if both have the same pixels outside obstacles.
     """
     flight.record.progress[:] = earlier.record.progress
     watches = zip(flight.record.watch, earlier.record.watch, strict=True)

@@ -1,8 +1,8 @@
 """Four numbers side by side, with which compiled code computes at once.
 
-The order in which a sum is added up decides its bits, so that no loop over neighbours
+The order in which a sum is added up decides its rounding, so no loop over neighbours
 can add several of them at once. But it can add to four sums at once, which lie side by
-side in a register of the processor, and have the bits that they have one by one. The
+side in a register of the processor, and give the same results as one by one. The
 interpreter has tuples of four numbers, and lanes read the same text: kernels.lanes.
 """
 
@@ -25,7 +25,7 @@ SIDES = types.UniTuple(NUMBER, 4)
 
 
 class SideBySide(types.Type):
-    """Four numbers in one register, as compiled code has them."""
+    """Type of four numbers in one register, for compiled code."""
 
     def __init__(self) -> None:
         super().__init__("four numbers side by side")
@@ -41,32 +41,41 @@ class _InRegister(models.PrimitiveModel):
 
 
 def four(a: float, b: float, c: float, d: float) -> Four:
-    """Four numbers side by side."""
+    """Return four numbers side by side.
+
+    Parameters
+    ----------
+    a, b, c, d : float
+
+    Returns
+    -------
+    Four
+    """
     return a, b, c, d
 
 
 def parts(one: Four) -> Four:
-    """Each of the four numbers for itself."""
+    """Return the four numbers as a tuple."""
     return one[0], one[1], one[2], one[3]
 
 
 def plus(one: Four, other: Four) -> Four:
-    """The four sums."""
+    """Return the four sums."""
     return one[0] + other[0], one[1] + other[1], one[2] + other[2], one[3] + other[3]
 
 
 def minus(one: Four, other: Four) -> Four:
-    """The four differences."""
+    """Return the four differences."""
     return one[0] - other[0], one[1] - other[1], one[2] - other[2], one[3] - other[3]
 
 
 def times(one: Four, other: Four) -> Four:
-    """The four products."""
+    """Return the four products."""
     return one[0] * other[0], one[1] * other[1], one[2] * other[2], one[3] * other[3]
 
 
 def below(number: float, bounds: Four) -> Four:
-    """1 for each of four bounds that a number is below, else 0."""
+    """Return 1 for each of four bounds that a number is below, else 0."""
     return (
         1.0 if number < bounds[0] else 0.0,
         1.0 if number < bounds[1] else 0.0,
@@ -107,8 +116,9 @@ def _compare(context: Any, builder: Any, number: Any, bounds: Any) -> Any:
 def _is_compiled(
     function: Callable[..., Any], made: Callable[..., Any], result: Any, *given: Any
 ) -> None:
-    """Have a function of arguments of the types `given` compiled to what
-    `made(context, builder, *arguments)` is.
+    """Have a function of arguments of the types `given` compiled to a builder's code.
+
+    The code is the value of `made(context, builder, *arguments)`.
     """
 
     @infer_global(function)

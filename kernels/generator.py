@@ -1,17 +1,19 @@
-"""Random numbers of NumPy's generator, for kernels that cannot call NumPy: a GPU has no
-`numpy.random.Generator`.
+"""Random numbers of NumPy's generator for kernels that cannot call NumPy.
 
-A `Stream` is what `Generator(PCG64)` is, in integers of 32 bits, and has the same bits:
-the state grows by a multiplication and an addition of 128 bits, and its two halves give
-a number of 64 bits, turned round by as many bits as the highest six of them say. So a
-flight may go on with a Stream where a Generator stopped, and the other way round.
+A GPU has no `numpy.random.Generator`.
+
+A `Stream` does the same as `Generator(PCG64)` in integers of 32 bits, and its numbers
+are bitwise identical: the state grows by a multiplication and an addition of 128 bits,
+and its two halves give a number of 64 bits, rotated by the value of their highest six
+bits. So a run may continue with a Stream where a Generator stopped, and the other way
+round.
 
 The generator is PCG XSL RR 128/64: M. E. O'Neill (2014), PCG: a family of simple fast
 space-efficient statistically good algorithms for random number generation, Harvey Mudd
 College, HMC-CS-2014-0905.
 
 A Stream has the methods `random` and `uniform`. It has no `normal`: NumPy takes the
-logarithm of the system for what lies far out, whose last bits nobody promises.
+logarithm of the system in the tails, whose last bits may differ between systems.
 `normal` of kernels.chance takes either.
 """
 
@@ -42,24 +44,32 @@ DROPPED, UNIT = np.uint64(11), 2.0**-53
 
 
 class Stream(NamedTuple):
-    """Random numbers of one trial. `words` (8,) has the 128 bits of the state and the
-    128 that are added to it in each step, in parts of 32 bits, the lowest first.
+    """Random numbers of one trial.
+
+    `words` (8,) has the 128 bits of the state and the 128 bits that are added to it in
+    each step, in parts of 32 bits, the lowest first.
     """
 
     words: Words
 
     def random(self) -> float:
-        """A number that is uniform in [0, 1)."""
+        """Return a number that is uniform in [0, 1)."""
         return random(self.words)
 
     def uniform(self, low: float, high: float) -> float:
-        """A number that is uniform in [low, high)."""
+        """Return a number that is uniform in [low, high).
+
+        Parameters
+        ----------
+        low, high : float
+            Ends of the range.
+        """
         return uniform(self.words, low, high)
 
 
 @jit
 def bits(words: Words) -> Any:
-    """The next 64 random bits; the state moves on by one step."""
+    """Return the next 64 random bits, and advance the state by one step."""
     a, b, c, d = words[0], words[1], words[2], words[3]
     aa, ab, ba = a * M0, a * M1, b * M0
     ac, bb, ca = a * M2, b * M1, c * M0
@@ -80,19 +90,32 @@ def bits(words: Words) -> Any:
 
 @jit
 def random(words: Words) -> float:
-    """A number that is uniform in [0, 1), as `Generator.random`."""
+    """Return a number that is uniform in [0, 1), as `Generator.random` does."""
     return float(bits(words) >> DROPPED) * UNIT
 
 
 @jit
 def uniform(words: Words, low: float, high: float) -> float:
-    """A number that is uniform in [low, high), as `Generator.uniform`."""
+    """Return a number that is uniform in [low, high), as `Generator.uniform` does.
+
+    Parameters
+    ----------
+    words : array of uint64, shape (8,)
+        State of a Stream, changed in place.
+    low, high : float
+        Ends of the range.
+
+    Returns
+    -------
+    float
+    """
     return low + (high - low) * random(words)
 
 
 def stream_of(rng: Generator) -> Stream:
-    """A stream that goes on where `rng` is, which stays there. Raises TypeError where
-    its bits are not those of PCG64.
+    """Return a stream that continues where `rng` is; `rng` does not move.
+
+    Raises TypeError if the generator of `rng` is not PCG64.
     """
     state = _state(rng)["state"]
     numbers = state["state"] | state["inc"] << 128
@@ -101,7 +124,7 @@ def stream_of(rng: Generator) -> Stream:
 
 
 def go_on(rng: Generator, stream: Stream) -> None:
-    """Have `rng`, of which `stream` was made, go on where the stream is."""
+    """Move `rng`, from which `stream` was made, to the state of the stream."""
     state = _state(rng)
     limbs = stream.words[:LIMBS].tolist()
     state["state"]["state"] = sum(limb << LIMB_BITS * k for k, limb in enumerate(limbs))
@@ -135,8 +158,9 @@ METHODS: dict[str, Callable[..., Any]] = {
     "random": _for_random,
     "uniform": _for_uniform,
 }
-"""What numba asks for the methods of a named tuple: what those of a Stream are compiled
-to, and None for all others.
+"""Functions that numba asks for the methods of a named tuple.
+
+They return the compiled method of a Stream, and None for all other tuples.
 """
 # Statements of the module, as in kernels.indices: so they belong to the stamps.
 for name, compiled in METHODS.items():

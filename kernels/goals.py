@@ -1,8 +1,7 @@
-"""Several goals in turn: each boid goes to the first one, and from each that it has
-reached to the next.
+"""Several goals in turn: each boid goes from one goal to the next.
 
 A boid has reached its goal when it is nearer to it than `goal_radius` after a step, or
-at the start. Then the next one is its goal, so that it reaches at most one in a step.
+at the start. Then the next one is its goal, so that it reaches at most one per step.
 """
 
 from typing import NamedTuple
@@ -16,8 +15,10 @@ from kernels.state import Floats, Flock, World
 
 
 class Route(NamedTuple):
-    """The places (G,) of G goals, of which the first is the goal of the world. With
-    `repeat` the first one follows on the last, which is kept otherwise.
+    """Positions (G,) of G goals, of which the first is the goal of the world.
+
+    With `repeat` the first goal follows on the last; without it boids keep the last
+    goal.
     """
 
     x: Floats
@@ -26,15 +27,16 @@ class Route(NamedTuple):
 
 
 class Goals(NamedTuple):
-    """The goals of N boids: `reached` (N,) is how many each has reached."""
+    """Goals of N boids: `reached` (N,) is how many each has reached."""
 
     route: Route
     reached: NDArray[np.int64]
 
 
 def build_route(settings: WorldSettings) -> Route | None:
-    """The goals of a world. None where there is a single one: then kernels are compiled
-    without any of this.
+    """Return the goals of a world; None if there is a single goal.
+
+    With None kernels are compiled without any code for several goals.
     """
     if not settings.next_goals:
         return None
@@ -44,27 +46,40 @@ def build_route(settings: WorldSettings) -> Route | None:
 
 
 def build_goals(route: Route | None, n: int) -> Goals | None:
-    """The goals of `n` boids that have reached none."""
+    """Return the goals of `n` boids that have reached none; None without a route."""
     return None if route is None else Goals(route, np.zeros(n, np.int64))
 
 
 def at_last_goal(world: World, route: Route | None) -> World:
-    """The same world with the last goal as its goal: metrics measure by that one."""
+    """Return a world whose goal is the last one, by which metrics measure."""
     if route is None:
         return world
     return world._replace(goal_x=float(route.x[-1]), goal_y=float(route.y[-1]))
 
 
 def go_on_to(mine: Goals | None, earlier: Goals | None) -> None:
-    """Let boids go on to the goals that they had in an `earlier` flight."""
+    """Continue with the goals that boids had in an `earlier` run."""
     if mine is not None and earlier is not None:
         mine.reached[:] = earlier.reached
 
 
 @jit
 def goal_of(world: World, goals: Goals | None, i: int) -> tuple[float, float]:
-    """x and y of the goal to which boid `i` goes now; `goals` are those of the
-    Workspace.
+    """Return the position of the present goal of a boid.
+
+    Parameters
+    ----------
+    world : World
+        Gives the goal if there is a single one.
+    goals : Goals or None
+        Goals of the Workspace.
+    i : int
+        Index of the boid.
+
+    Returns
+    -------
+    tuple of float
+        x and y.
     """
     if goals is None:
         return world.goal_x, world.goal_y
@@ -74,7 +89,7 @@ def goal_of(world: World, goals: Goals | None, i: int) -> tuple[float, float]:
 
 @jit
 def _index(goals: Goals, i: int) -> int:
-    """Which of the goals is that of boid `i`."""
+    """Return the index of the goal of boid `i`."""
     if goals.route.repeat:
         return int(goals.reached[i] % goals.route.x.size)
     return int(min(goals.reached[i], goals.route.x.size - 1))
@@ -82,7 +97,16 @@ def _index(goals: Goals, i: int) -> int:
 
 @jit
 def note_reached(goals: Goals | None, flock: Flock, radius: float) -> None:
-    """Note who is nearer to its goal than `radius`, and goes to the next one."""
+    """Note which boids have reached their goal and go to the next one.
+
+    Parameters
+    ----------
+    goals : Goals or None
+        Changed in place.
+    flock : Flock
+    radius : float
+        Distance from a goal below which it is reached.
+    """
     if goals is not None:
         _note_reached(goals, flock, radius)
 
@@ -101,8 +125,24 @@ def _note_reached(goals: Goals, flock: Flock, radius: float) -> None:
 def has_arrived(
     goals: Goals | None, world: World, i: int, x: float, y: float, radius: float
 ) -> bool:
-    """Whether boid `i` at (x, y) is nearer to the goal of the world than `radius`; of
-    several goals, whether it has reached all of them.
+    """Return whether a boid has arrived at the goal, or at all of several.
+
+    Parameters
+    ----------
+    goals : Goals or None
+        None if the world has a single goal.
+    world : World
+        Gives the single goal.
+    i : int
+        Index of the boid.
+    x, y : float
+        Position of the boid.
+    radius : float
+        Distance from a single goal below which the boid has arrived.
+
+    Returns
+    -------
+    bool
     """
     if goals is None:
         dx, dy = x - world.goal_x, y - world.goal_y
@@ -112,7 +152,10 @@ def has_arrived(
 
 @jit
 def all_reached(goals: Goals | None, arrived: int) -> int:
-    """How many goals all boids together have reached, of which so many have arrived."""
+    """Return the number of goals that all boids together have reached.
+
+    With a single goal this is `arrived`, the number of boids that have arrived.
+    """
     if goals is None:
         return arrived
     total = 0

@@ -1,4 +1,4 @@
-"""Groups: the connected components of places nearer to each other than a reach."""
+"""Groups: the connected components of positions nearer to each other than a reach."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +13,18 @@ Labels = NDArray[np.int64]
 def label_groups(
     x: Floats, y: Floats, order: NDArray[np.integer], reach: float, label: Labels
 ) -> None:
-    """Write into `label` (N,) for every place the index of one of its group, the same
-    for all members. `order` (N,) are the places sorted by x.
+    """Label every position with its group.
+
+    Parameters
+    ----------
+    x, y : array of float64, shape (N,)
+        Positions.
+    order : array of int, shape (N,)
+        Indices of the positions sorted by x.
+    reach : float
+        Distance below which two positions are in one group.
+    label : array of int64, shape (N,)
+        Receives the index of one member, which is the same for all members of a group.
     """
     n = x.size
     for i in range(n):
@@ -34,7 +44,7 @@ def label_groups(
 
 @jit
 def _root(parent: Labels, i: int) -> int:
-    """The representative of `i`'s component; halves the path to it."""
+    """Return the representative of `i`'s component, and halve the path to it."""
     while parent[i] != i:
         parent[i] = parent[parent[i]]
         i = parent[i]

@@ -1,8 +1,8 @@
-"""Which code the numbers of a trial come from: the flight, a model, metrics, a map and
-a start, each with a stamp of its own.
+"""Identity of the code behind the numbers of a trial.
 
-So a new model or metric changes no other, a rule changes the models that use it, and a
-metric what records it.
+The run of a flock, a model, metrics, a map and a start have a stamp each. So a new
+model or metric changes no other, a rule changes the models that use it, and a metric
+changes the trials that record it.
 """
 
 import hashlib
@@ -44,12 +44,14 @@ FLIGHT: tuple[Callable[..., Any], ...] = (
     coverage.unvisited,
     coverage.heatmap,
 )
-"""What runs a trial, whatever its model."""
+"""Functions that run a trial of any model."""
 
 
 class Code(NamedTuple):
-    """The stamps of what trials are computed by: that of the flight, and the others by
-    name. A model goes with a preset, whose values points leave out.
+    """Stamps of the code that computes trials.
+
+    `flight` is the stamp of the run, the others are by name. A model is named with a
+    preset, whose values points leave out.
     """
 
     flight: str
@@ -59,21 +61,22 @@ class Code(NamedTuple):
     starts: dict[str, str]
 
     def changes(self, later: "Code") -> list[str]:
-        """What has another stamp in `later`, of what both have; in words."""
-        found = ["the flight"] if self.flight != later.flight else []
+        """Return in words the common entries that have another stamp in `later`."""
+        changed = ["the flight"] if self.flight != later.flight else []
         for kind in self._fields[1:]:
-            mine, theirs = getattr(self, kind), getattr(later, kind)
+            mine = getattr(self, kind)
+            theirs = getattr(later, kind)
             common = sorted(mine.keys() & theirs.keys())
-            found += [
+            changed += [
                 f"{kind[:-1]} {name}" for name in common if mine[name] != theirs[name]
             ]
-        return found
+        return changed
 
 
 def as_now(then: Code, known: Catalogue) -> Code:
-    """The stamps that the names in `then` have now; "" where one is not known."""
+    """Return the present stamps of the names in `then`; "" for an unknown name."""
     models = [name.split(" ") for name in then.models]
-    return code_of(known, models, then.metrics, then.maps, then.starts)
+    return code_of(known, models, then.metrics, maps=then.maps, starts=then.starts)
 
 
 def code_of(
@@ -83,53 +86,76 @@ def code_of(
     maps: Iterable[str],
     starts: Iterable[str],
 ) -> Code:
-    """The code by which trials of these models, each with a preset, record these
-    metrics, on maps and from starts of these names; "" where one is not known.
+    """Return the stamps of the code that computes some trials.
+
+    Parameters
+    ----------
+    known : Catalogue
+    models : iterable of sequence of str
+        Names of models, each with a preset.
+    metrics : iterable of str
+        Names of recorded metrics.
+    maps : iterable of str
+        Names of maps.
+    starts : iterable of str
+        Names of starts.
+
+    Returns
+    -------
+    Code
+        Stamps, "" for an unknown name.
     """
     return Code(
-        _flight_stamp(),
-        {
+        flight=_flight_stamp(),
+        models={
             f"{name} {preset}": _model_stamp(known.models.get(name), preset)
             for name, preset in models
         },
-        {name: _metric_stamp(known.metrics.get(name)) for name in sorted(metrics)},
-        {name: _map_stamp(known.maps.get(name)) for name in sorted(maps)},
-        {name: _start_stamp(known.starts.get(name)) for name in sorted(starts)},
+        metrics={
+            name: _metric_stamp(known.metrics.get(name)) for name in sorted(metrics)
+        },
+        maps={name: _map_stamp(known.maps.get(name)) for name in sorted(maps)},
+        starts={name: _start_stamp(known.starts.get(name)) for name in sorted(starts)},
     )
 
 
 def without_stamp(entry: Any) -> list[str]:
-    """The fields of an entry, as a Model, whose functions can have no stamp: they do
-    not stand at the top of a module.
+    """Return the fields of an entry whose functions can have no stamp.
+
+    The entry is a Model, for example. A function without a stamp is not at the top of a
+    module.
     """
     return [
         field
         for field, value in entry._asdict().items()
-        for one in (value if isinstance(value, tuple) else (value,))
-        if callable(one) and not isinstance(one, type) and not at_the_top(one)
+        for function in (value if isinstance(value, tuple) else (value,))
+        if callable(function)
+        and not isinstance(function, type)
+        and not at_the_top(function)
     ]
 
 
 def is_compiled(function: Callable[..., Any]) -> bool:
-    """Whether a function is decorated by `kernels.jit`, also where numba is off."""
+    """Return whether `kernels.jit` decorates a function, also with numba off."""
     return getattr(function, "py_func", function) in OURS
 
 
 @cache
 def kernels_sha() -> str:
-    """The sha256 of all kernels together, by which people tell versions apart. It is
-    noted, as stamps are.
+    """Return the sha256 of all kernels together, which tells versions apart.
+
+    It is noted in the same way as stamps.
     """
     return noted("all kernels", lambda: stamp_of_texts(texts_of(OUR_PACKAGE)))
 
 
 def package_sha(*places: Path) -> str:
-    """The sha256 of the code of another package: of its folders, or of its file."""
+    """Return the sha256 of the code of another package: its folders or its file."""
     return stamp_of_all(*places)
 
 
 def stamp(function: Callable[..., Any]) -> str:
-    """`kernels.stamps.stamp`, whose part that is of our sources is noted."""
+    """Return `kernels.stamps.stamp`; its part from sources of the package is noted."""
     return stamps.stamp(function, noted_stamp)
 
 
@@ -146,12 +172,16 @@ def _found_flight_stamp() -> str:
         StartSettings,
         Observation,
     )
-    return _hash([[stamp(one) for one in FLIGHT], [_shape(group) for group in groups]])
+    return _hash(
+        [[stamp(function) for function in FLIGHT], [_shape(group) for group in groups]]
+    )
 
 
 def _model_stamp(model: Model | None, preset: str) -> str:
-    """Of the functions of a model, the shape of its settings, the preset's values,
-    which points leave out, the names of its rows of state and its kinds.
+    """Return the stamp of a model with a preset; "" for an unknown one.
+
+    It covers the functions of the model, the shape of its parameters, the values of the
+    preset, which points leave out, the names of its rows of state and its kinds.
     """
     if model is None or preset not in model.presets:
         return ""
@@ -188,13 +218,14 @@ def _start_stamp(start: Start | None) -> str:
 
 
 def _shape(group: type[Any]) -> list[Any]:
-    """The names, kinds and choices of settings in their order, as kernels take them."""
+    """Return names, kinds and choices of parameters in the order of kernels."""
     hints = get_type_hints(group, include_extras=True)
-    abouts: dict[str, tuple[type[Any], About]] = {
+    declarations: dict[str, tuple[type[Any], About]] = {
         name: get_args(hint)[:2] for name, hint in hints.items()
     }
     return [
-        [name, kind.__name__, about.choices] for name, (kind, about) in abouts.items()
+        [name, kind.__name__, declaration.choices]
+        for name, (kind, declaration) in declarations.items()
     ]
 
 

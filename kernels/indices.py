@@ -1,6 +1,6 @@
 """Indices that compiled code takes as they are.
 
-numba lets an index count from the end, as Python does. So each signed index that may be
+In numba an index can count from the end, as in Python. So each signed index that may be
 negative needs a test, and a loop with such tests does not compute several numbers at
 once. An unsigned index needs none.
 """
@@ -18,58 +18,61 @@ from kernels.jit import jit
 
 Marks = NDArray[np.bool_]
 WORD = np.uint64(64)
-"""Marks are read as one number of so many bits."""
+"""Number of marks that are read as one number."""
 PIECE = 8
-"""No processor that numba knows computes with more numbers of 64 bits at once."""
+"""Most numbers of 64 bits with which a processor that numba knows computes at once."""
 
 
 @jit
 def unsigned(k: int) -> Any:
-    """The index or number of places `k`, which is not negative."""
+    """Return the non-negative index or count `k` as an unsigned number."""
     return np.uint64(k)
 
 
 @jit
 def signed(k: Any) -> int:
-    """A number of places that was counted unsigned, as numbers of kernels are: numba
-    makes a float of what may be either.
+    """Return an unsigned count as a signed number, which kernels use.
+
+    numba makes a float of a number that may be either.
     """
     return np.int64(k)  # type: ignore[return-value]
 
 
 @jit
 def whole(count: int) -> Any:
-    """The least multiple of PIECE that is not below `count`. Of a loop so long,
-    compiled code takes no turn alone; what the last ones compute is for nobody.
+    """Return the least multiple of PIECE that is not below `count`.
+
+    A compiled loop of this length has no remainder; the results of its last turns are
+    not used.
     """
     return unsigned((count + PIECE - 1) // PIECE * PIECE)
 
 
 def build_marks(n: int) -> Marks:
-    """At least `n` marks in whole words; none is set."""
+    """Return at least `n` marks in full words; none is set."""
     return np.zeros(-(-n // int(WORD)) * int(WORD), np.bool_)
 
 
 def word(marks: Marks, first: Any) -> Any:
-    """WORD marks from the place `first` on, the first of them as the lowest bit."""
+    """Return WORD marks from the index `first` on; the first is the lowest bit."""
     some = marks[first : first + WORD]
     return np.uint64(np.packbits(some, bitorder="little").view(np.uint64)[0])
 
 
 def lowest(bits: Any) -> Any:
-    """The place of the lowest bit that is set; `bits` is not zero."""
+    """Return the index of the lowest bit that is set; `bits` is not zero."""
     return np.uint64((int(bits) & -int(bits)).bit_length() - 1)
 
 
 @jit
 def without_lowest(bits: Any) -> Any:
-    """`bits`, which is not zero, without the lowest bit that is set."""
+    """Return `bits`, which is not zero, without the lowest bit that is set."""
     return bits & (bits - np.uint64(1))
 
 
 @intrinsic
 def _word(_: Any, marks: Any, first: Any) -> Any:
-    """What `word` is compiled to: a vector of bytes becomes one of bits."""
+    """Build the compiled form of `word`: a vector of bytes becomes one of bits."""
 
     def code(context: Any, builder: Any, signature: Any, given: Any) -> Any:
         data = context.make_array(signature.args[0])(context, builder, given[0]).data
@@ -84,7 +87,7 @@ def _word(_: Any, marks: Any, first: Any) -> Any:
 
 
 def collected(marks: Any, first: Any) -> Any:
-    """`word` of marks that do not lie together."""
+    """Return `word` of marks that are not contiguous."""
     bits = np.uint64(0)
     for k in range(WORD):
         if marks[first + np.uint64(k)]:

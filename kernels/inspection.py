@@ -1,5 +1,7 @@
-"""What can be seen of a flight without changing it: whom a boid sees, who flocks
-together, what one step would do.
+"""Observation of a run without a change of it.
+
+It shows the neighbours that a boid perceives, the flocks, and the velocities after one
+step.
 """
 
 from typing import Any, NamedTuple
@@ -20,11 +22,11 @@ from kernels.workspace import Workspace
 
 
 class Seen(NamedTuple):
-    """What one boid sees: the range, the field of view in degrees, the angle it is
-    about, and who is in it.
+    """View of one boid: range, field of view in degrees, heading and neighbours.
 
-    The angle is None where the boid sees all round. `known` has x and y of where it
-    knows these neighbours to be; it is empty where they are there.
+    The heading is the angle about which the field of view lies; it is None if the boid
+    sees all round. `known` has x and y of where the boid knows these neighbours to be;
+    it is empty where these are the true positions.
     """
 
     range: float
@@ -35,81 +37,100 @@ class Seen(NamedTuple):
 
 
 def seen_by(flight: Flight, boid: int) -> Seen:
-    """What `boid` sees of the flock as it is, before a wind carries it, as a model's
-    `advance` searches.
+    """Return what `boid` perceives of the present flock, before a wind carries it.
 
-    In a sequential update those before it move first. The range is the longest of the
-    model's.
+    The search is the one of a model's `advance`. In a sequential update boids before it
+    move first. The range is the longest range of the model.
     """
     rows = flight.work.robots.rows
     params = rows[0][boid] if rows else flight.params
     reach, fov, inclusive = flight.model.sight(params)
-    flock, work = flight.flock, flight.work
-    own = others = flock
+    flock = flight.flock
+    work = flight.work
+    own = known_flock = flock
     if work.near.senses is not None:
-        flock, work = _copied(flock), _copied(work)
+        flock = _copied(flock)
+        work = _copied(work)
         work = work._replace(robots=work.robots._replace(wind=None))
-        others = work.before
-        publish(flock, others, work)
+        known_flock = work.before
+        publish(flock, known_flock, work)
         own = work.near.senses.own
     faced = flight.model.faces_heading
     ahead_x = float((work.heading_x if faced else own.vx)[boid])
     ahead_y = float((work.heading_y if faced else own.vy)[boid])
     near = build_near(flock.x.size, work.near.topology, work.near.senses)
-    found = search(
-        others,
+    count = search(
+        known_flock,
         _world_of(flight, work),
         work.grid,
         boid,
-        square_range(reach, inclusive),
-        cone(fov),
-        ahead_x,
-        ahead_y,
-        near,
+        range2=square_range(reach, inclusive),
+        view=cone(fov),
+        ahead_x=ahead_x,
+        ahead_y=ahead_y,
+        near=near,
     )
-    who = near.boid[:found]
+    who = near.boid[:count]
     all_round = fov >= 360.0 or ahead_x == ahead_y == 0.0
     return Seen(
-        reach,
-        360.0 if all_round else fov,
-        None if all_round else atan2(ahead_y, ahead_x),
-        who.tolist(),
-        np.stack([others.x[who], others.y[who]], axis=1).tolist()
-        if others is not flock
+        range=reach,
+        fov=360.0 if all_round else fov,
+        heading=None if all_round else atan2(ahead_y, ahead_x),
+        neighbours=who.tolist(),
+        known=np.stack([known_flock.x[who], known_flock.y[who]], axis=1).tolist()
+        if known_flock is not flock
         else [],
     )
 
 
 def flocks(flight: Flight) -> NDArray[np.int64]:
-    """For every boid the label of its flock, as the metrics of flocks find them; shape
-    (N,).
+    """Return the label of the flock of every boid, shape (N,).
+
+    Labels are those that the metrics of flocks find.
     """
     flock = flight.flock
     return labels(flock.x, flock.y, flight.observation.flock_range)
 
 
 def velocities_after(flight: Flight, params: Any, rng: Generator) -> Floats:
-    """The velocities (2, N) that one step with `params` would give. Those that are the
-    flight's own differ from robot to robot as in the flight.
+    """Return the velocities that one step with other parameters would give.
+
+    The run does not change.
+
+    Parameters
+    ----------
+    flight : Flight
+    params : Params
+        Parameters of the model. Values that equal the run's own differ between robots
+        as in the run.
+    rng : Generator
+        Source of the model's random numbers.
+
+    Returns
+    -------
+    array of float64, shape (2, N)
     """
-    flock, work = _copied(flight.flock), _copied(flight.work)
+    flock = _copied(flight.flock)
+    work = _copied(flight.work)
     for table in work.robots.rows:
         for name, value in params._asdict().items():
             if value != getattr(flight.params, name):
                 table[name] = value
     record = silent(flight.record, work)
     world = _world_of(flight, work)
-    flight.model.advance(flock, world, params, work, record, rng, 1)
+    # A custom model may name its parameters as it likes: only their order is fixed.
+    arguments = (flock, world, params, work, record, rng, 1)
+    flight.model.advance(*arguments)
     return np.stack([flock.vx, flock.vy])
 
 
 def _world_of(flight: Flight, work: Workspace) -> World:
-    """The world of a flight with the obstacles that a workspace moves."""
+    """Return the world of a run with the obstacles that a workspace moves."""
     return flight.world if work.motion is None else work.motion.world
 
 
 def _copied(tree: Any) -> Any:
-    """A tuple whose arrays, and those of the tuples in it, are its own."""
+    """Return a tuple with copies of all arrays in it and in its inner tuples."""
     if isinstance(tree, np.ndarray):
         return tree.copy()
     if not isinstance(tree, tuple):

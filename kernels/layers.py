@@ -1,4 +1,4 @@
-"""Which layers a flight may have, and whether its model is compiled for them."""
+"""Layers of a run, and whether its model is compiled for them."""
 
 from collections.abc import Collection, Iterable, Iterator
 from functools import cache
@@ -16,20 +16,18 @@ from kernels.state import Corners, Flock, World
 from kernels.workspace import Workspace
 
 LAYERS = frozenset({Senses, Motors, Wind, Goals, Motion, Corners})
-"""What a flight has or has not; for each choice of them `advance` is another kernel."""
+"""Optional parts of a run; each choice of them compiles `advance` to another kernel."""
 
 
 def is_compiled(model: Model, layers: Collection[type]) -> bool:
-    """Whether `advance` of a model is compiled already for flights with these of the
-    LAYERS.
-    """
-    given = Flock, World, model.params, Workspace, Record
+    """Return whether `advance` of a model is compiled for runs with these LAYERS."""
+    kinds = Flock, World, model.params, Workspace, Record
     absent = LAYERS.difference(layers)
-    return is_kept(model.advance, set(_named_tuples(given, absent)))
+    return is_kept(model.advance, set(_named_tuples(kinds, absent)))
 
 
 def _named_tuples(kinds: Iterable[Any], absent: Collection[type]) -> Iterator[type]:
-    """The named tuples among these types, and those in their fields."""
+    """Yield the named tuples among these types, and those in their fields."""
     for kind in kinds:
         if hasattr(kind, "_fields") and kind not in absent:
             yield kind
@@ -39,5 +37,5 @@ def _named_tuples(kinds: Iterable[Any], absent: Collection[type]) -> Iterator[ty
 
 @cache
 def _in_fields(kind: type) -> tuple[Any, ...]:
-    """The types of the fields of a named tuple."""
+    """Return the types of the fields of a named tuple."""
     return tuple(get_type_hints(kind).values())

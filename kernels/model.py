@@ -1,5 +1,7 @@
-"""What a model says of itself: its settings, what its authors wrote and ran, whom its
-boids see, and the kernel that advances a flock.
+"""Declaration of a model.
+
+A model declares its parameters, its presets, the perception range of its boids, and the
+kernel that advances a flock.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -23,10 +25,11 @@ from kernels.settings import (
 
 
 class Sight(NamedTuple):
-    """Whom a boid sees: others up to `range`, within the cone of `fov` degrees in all.
+    """View of a boid: range, field of view in degrees, and the boundary.
 
-    `inclusive` says that one exactly at the range is seen too. The cells of the search
-    are no smaller than the range.
+    A boid sees others up to `range`, within a cone of `fov` degrees in all. With
+    `inclusive` it also sees one exactly at the range. The cells of the search are no
+    smaller than the range.
     """
 
     range: float
@@ -35,8 +38,9 @@ class Sight(NamedTuple):
 
 
 class Rule(NamedTuple):
-    """A rule by which boids steer, and the setting that is its weight: 0 switches the
-    rule off. `to_goal` says that it leads boids to the goal.
+    """Steering rule, and the parameter that is its weight.
+
+    Weight 0 switches the rule off. A rule with `to_goal` leads boids to the goal.
     """
 
     name: str
@@ -64,12 +68,14 @@ NARROW_POTENTIAL = (
     "the pair potential that is recorded needs a separation_range within that of"
     " cohesion"
 )
-"""What to say where cohesion has the shorter range: see kernels.metrics.energy."""
+"""Error message if cohesion has the shorter range: see kernels.metrics.energy."""
 
 
 class OccupancySettings(NamedTuple):
-    """The grid on which a model looks for obstacles: side of a cell, and how far from
-    an obstacle cells are taken.
+    """Grid on which a model looks for obstacles.
+
+    `cell` is the side of a cell, and `inflation` the distance from an obstacle up to
+    which cells are occupied.
     """
 
     cell: float
@@ -77,76 +83,79 @@ class OccupancySettings(NamedTuple):
 
 
 WORKING = "working"
-"""How metrics call the boids that have not failed; see kernels.metrics.parts."""
+"""Name that metrics give boids that have not failed; see kernels.metrics.parts."""
 MOST_CELLS = 10**7
-"""Of an occupancy grid."""
+"""Largest number of cells of an occupancy grid."""
 
 
 BODY_COLUMNS = (
     *("trial_id", "frame", "boid", "x", "y", "vx", "vy", "kind", "index"),
     *("trial", "point", "replicate", "seed", "provenance"),
 )
-"""The other columns of tables that have a row a boid, in all formats."""
+"""Other columns of tables with one row per boid, in all formats."""
 NO_STATE: Mapping[str, About] = {}
 
 
 def only_surfaces(_params: Any) -> float:
-    """The `obstacle_reach` of a model in which no force begins at an obstacle."""
+    """Return 0, the `obstacle_reach` of a model without forces of obstacles."""
     return 0.0
 
 
 def everyone(_params: Any, n: int) -> int:
-    """The `goal_seekers` of a model in which all boids know the goal."""
+    """Return `n`, the `goal_seekers` of a model in which all boids know the goal."""
     return n
 
 
 Symmetry = Literal[
     "translation", "rotation", "quarter_turn", "reflection", "permutation"
 ]
-"""What changes nothing in a world without obstacles, whose middle is the goal: moving
-all boids, in an open world or round a torus; turning them about the middle, by any
-angle in an open world, or by a quarter of a turn in a square one; mirroring them;
-sorting them otherwise, where none sees a new state before the others.
+"""Transformations without any effect in a world without obstacles.
+
+The goal is in the middle of the world. A translation moves all boids, in an unbounded
+world or on a torus. A rotation turns them about the middle, by any angle in an
+unbounded world, or by a quarter of a turn in a square one. A reflection mirrors them. A
+permutation changes their order, in updates in which no boid sees a new state before the
+others.
 """
 NONE_DECLARED: Mapping[Symmetry, Mapping[str, Any]] = {}
 
 
 class Model(NamedTuple):
-    """A published model.
+    """Published model.
 
-    `presets` gives every setting a value, choices by name; only `minimum_image` may be
-    left out, see `preset_values`. `metrics` are those recorded unless a study says
-    otherwise. These are functions of the model's Params: `sight(params)` says whom a
-    boid sees, `obstacle_reach(params)` how far beyond its surface an obstacle acts, and
+    `presets` gives every parameter a value, choices by name; only `minimum_image` may
+    be left out, see `preset_values`. `metrics` are recorded unless a study names
+    others. These are functions of the model's Params: `sight(params)` returns the view
+    of a boid, `obstacle_reach(params)` how far beyond its surface an obstacle acts, and
     `goal_seekers(params, n)` how many of n boids know the goal.
-    `pair_potential(params)` and `occupancy(params)` are for models that have one.
-    `faces_heading` says that a boid at rest looks where it last flew; else it
-    looks all round.
+    `pair_potential(params)` and `occupancy(params)` are for models that have one. With
+    `faces_heading` a boid at rest looks along its last velocity; otherwise it looks all
+    round.
 
-    `symmetries` are those that it has, each with the settings that it needs:
-    `{"translation": {"wall_weight": 0.0}}`. `sweep check` tries them.
+    `symmetries` are the symmetries of the model, each with the parameters that it
+    needs: `{"translation": {"wall_weight": 0.0}}`. `sweep check` tries them.
 
-    `update_order` says in words in which order a step updates boids, of a model that
-    has no setting `UPDATE` for it.
+    `update_order` describes in words the order in which a step updates boids, for a
+    model without the parameter `UPDATE`.
 
-    `state` says what a boid has besides its place and velocity, by name; see
+    `state` names the state of a boid besides its position and velocity; see
     kernels.workspace. `begin_state(params, flock, kind, rng, state)` fills these rows
     (S, N), which are 0 before, for a flock that was just drawn. `vectors` are the pairs
     of rows that are the components of a vector, and so turn with the flock.
 
     `kinds` names the kinds of boids: the first boids are of the first kind, the next
-    ones of the second, and `count_kinds(params, n)` says how many of n boids are of
+    ones of the second, and `count_kinds(params, n)` returns how many of n boids are of
     each.
 
-    `publishes`, `drives`, `goals_in_turn` and `shared` say what its robots can do; see
-    kernels.robots.abilities.
+    `publishes`, `drives`, `goals_in_turn` and `shared` declare the abilities of its
+    robots; see kernels.robots.abilities.
 
     `at_once` has no meaning any more: models that were written for earlier versions
     give it.
 
-    `demands` are conditions on the settings, and `potential_demands` those of metrics
-    of the potential. `length` and `time` are the units of the model, and `y_down` says
-    that pictures of it have y point down.
+    `demands` are conditions on the parameters, and `potential_demands` conditions of
+    metrics of the potential. `length` and `time` are the units of the model. With
+    `y_down` the y axis of figures points down.
     """
 
     name: str
@@ -181,7 +190,7 @@ class Model(NamedTuple):
 
     @property
     def rules(self) -> tuple[Rule, ...]:
-        """Its rules, in the order of their weights among the settings."""
+        """Rules of the model, in the order of their weights among the parameters."""
         hints = get_type_hints(self.params, include_extras=True)
         settings: dict[str, About] = {
             name: get_args(hint)[1] for name, hint in hints.items()
@@ -193,23 +202,49 @@ class Model(NamedTuple):
         )
 
     def preset_values(self, preset: str) -> dict[str, Any]:
-        """The values of a preset. Where it leaves `minimum_image` out, its torus is
-        periodic: boids see each other across the borders.
+        """Return the values of a preset.
+
+        If the preset leaves `minimum_image` out, it is True on a torus: boids see each
+        other across the borders.
         """
         values = self.presets[preset]
         return {"minimum_image": values.get("borders") == "torus"} | values
 
     def seeks_goal(self, params: Any, n: int) -> bool:
-        """Whether some rule with a weight leads some of `n` boids to the goal."""
+        """Return whether a rule with a positive weight leads boids to the goal.
+
+        Parameters
+        ----------
+        params : Params
+            Parameters of the model.
+        n : int
+            Number of boids; some of them must know the goal.
+        """
         return self.goal_seekers(params, n) > 0 and any(
             getattr(params, rule.weight) > 0 for rule in self.rules if rule.to_goal
         )
 
 
 def kind_counts(model: Model, params: Any, n: int) -> tuple[int, ...]:
-    """How many of `n` boids are of each kind; (n,) where there are no kinds.
+    """Return how many of `n` boids are of each kind; (n,) without kinds.
 
-    Raises RuntimeError where the model's `count_kinds` does not say that.
+    Parameters
+    ----------
+    model : Model
+    params : Params
+        Parameters of the model.
+    n : int
+        Number of boids.
+
+    Returns
+    -------
+    tuple of int
+        One count per kind; their sum is `n`.
+
+    Raises
+    ------
+    RuntimeError
+        If the model's `count_kinds` returns anything else.
     """
     if model.count_kinds is None:
         return (n,)
@@ -226,7 +261,7 @@ def kind_counts(model: Model, params: Any, n: int) -> tuple[int, ...]:
 
 
 def flaw(model: Model) -> str:
-    """Why a model's state and kinds cannot be used, in words; "" where they can."""
+    """Return a description of an error in a model's state and kinds, or ""."""
     return next(_flaws(model), "")
 
 

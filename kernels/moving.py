@@ -1,12 +1,12 @@
-"""Obstacles that move: where each is after any number of steps.
+"""Obstacles that move: the position of each after any number of steps.
 
 Each has a velocity of its own, which is constant. On a torus its middle comes back in
-across the opposite border; else it is mirrored at the borders of the world. So its
-place is a function of the number of steps alone: nothing of it is kept between steps,
-and a trial that goes on from a checkpoint has the same bits.
+across the opposite border; otherwise it is mirrored at the borders of the world. So its
+position is a function of the number of steps alone: nothing of it is kept between
+steps, and a trial that resumes from a checkpoint is bitwise identical.
 
-In each step obstacles move first, and then boids: those of step k meet obstacles where
-they are after k steps, and so do events and metrics of the frame after it.
+In each step obstacles move first, and then boids: those of step k meet obstacles at
+their positions after k steps, and so do events and metrics of the frame after it.
 """
 
 import math
@@ -25,7 +25,7 @@ from kernels.worlds import Reach, enter_obstacles
 
 
 class Motion(NamedTuple):
-    """What moves the obstacles of `world`, whose arrays belong to one flight.
+    """Motion of the obstacles of `world`, whose arrays belong to one run.
 
     `x`, `y` (M,) are their middles at the start, `corner_x`, `corner_y` (V,) the
     vertices of polygons, `vx`, `vy` (M,) velocities, and `dt` the time of a step.
@@ -44,9 +44,10 @@ class Motion(NamedTuple):
 
 
 def given_velocities(obstacles: Obstacles, speed: float) -> Floats | None:
-    """The velocities (2, M) of obstacles, NaN where their direction is drawn; None
-    where none moves. Those without a velocity of their own have `speed`, but for
-    arenas, which stay.
+    """Return the velocities (2, M) of obstacles; None if no obstacle moves.
+
+    Entries are NaN where the direction is random. Obstacles without a velocity of their
+    own have `speed`, but arenas do not move.
     """
     drawn = (math.nan, math.nan) if speed > 0.0 else (0.0, 0.0)
     velocities = [
@@ -58,8 +59,20 @@ def given_velocities(obstacles: Obstacles, speed: float) -> Floats | None:
 
 
 def velocities_of(given: Floats, speed: float, key: ChanceKey) -> Floats:
-    """The velocities (2, M) of a trial: where they are not given, `speed` in a
-    direction that depends on the key and on the number of the obstacle.
+    """Return the velocities of obstacles in a trial.
+
+    Parameters
+    ----------
+    given : array of float64, shape (2, M)
+        Velocities, NaN where the direction is random.
+    speed : float
+        Speed of obstacles with a random direction.
+    key : ChanceKey
+        Key of the trial; the direction depends on it and on the number of the obstacle.
+
+    Returns
+    -------
+    array of float64, shape (2, M)
     """
     found = given.copy()
     for m in np.flatnonzero(np.isnan(given[0])).tolist():
@@ -71,9 +84,22 @@ def velocities_of(given: Floats, speed: float, key: ChanceKey) -> Floats:
 def build_motion(
     world: World, velocities: Floats, dt: float, margin: float = 0.0
 ) -> Motion:
-    """What moves obstacles of `world` from where they are, with velocities (2, M) and
-    steps of `dt`, which act up to `margin` beyond their surface. The world that it
-    moves has arrays of its own.
+    """Return the motion of obstacles from their present positions.
+
+    Parameters
+    ----------
+    world : World
+        World with its obstacles. The motion copies their arrays and changes its own.
+    velocities : array of float64, shape (2, M)
+        Velocities of the obstacles.
+    dt : float
+        Time of a step.
+    margin : float, default 0
+        Distance from their surface up to which obstacles act.
+
+    Returns
+    -------
+    Motion
     """
     corners = world.corners
     own = world._replace(
@@ -97,15 +123,23 @@ def build_motion(
 
 @jit
 def place_obstacles(motion: Motion | None, step: int) -> None:
-    """Put the obstacles of a world where they are after so many steps."""
+    """Move the obstacles of a world to their positions after `step` steps."""
     if motion is not None:
         _place(motion.world.corners, motion, step)
 
 
 @jit
 def move_obstacles(motion: Motion | None, reach: Reach, step: int) -> None:
-    """Put the obstacles of a world where they are after so many steps, and enter them
-    there into `reach`.
+    """Move obstacles to their positions after `step` steps, and update their reach.
+
+    Parameters
+    ----------
+    motion : Motion or None
+        Its world is changed in place; None if no obstacle moves.
+    reach : Reach
+        Receives the obstacles at their new positions.
+    step : int
+        Number of steps done.
     """
     if motion is not None:
         _place(motion.world.corners, motion, step)
@@ -128,9 +162,26 @@ def _place(corners: Corners | None, motion: Motion, step: int) -> None:
 
 @jit
 def place_along(start: float, way: float, length: float, wraps: bool) -> float:
-    """Where a middle is that has gone a `way` along one axis from `start`: wrapped into
-    a world of this `length`, or mirrored at its ends, as a triangle wave. What begins
-    outside is mirrored where it begins.
+    """Return the coordinate of a middle that has moved by `way` along one axis.
+
+    A middle that starts outside the world is mirrored at its start instead of the
+    border.
+
+    Parameters
+    ----------
+    start : float
+        Coordinate at the start.
+    way : float
+        Displacement without borders; it has a sign.
+    length : float
+        Size of the world along the axis.
+    wraps : bool
+        Whether the coordinate is wrapped into the world, or mirrored at its ends as a
+        triangle wave.
+
+    Returns
+    -------
+    float
     """
     if way == 0.0:
         return start

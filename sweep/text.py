@@ -5,8 +5,10 @@ file from anyone. A command guards its two streams once, log records pass one fi
 and tables go through `sweep.cli.terminal`.
 """
 
+import inspect
 import json
 import logging
+import re
 import sys
 from collections.abc import Iterable
 from difflib import get_close_matches
@@ -19,6 +21,8 @@ MOST_SENTENCE = 2000
 """Characters of an error."""
 MOST_SHOWN = 200
 """Characters of a quoted value, which may come from anyone."""
+SECTION = re.compile(r"\n\n[A-Z][\w ]*\n-{3,}\n")
+"""The beginning of a section of a docstring, such as Parameters."""
 
 
 def shortened(text: str) -> str:
@@ -114,6 +118,11 @@ def numbered(noun: str, number: int, count: int) -> str:
         How many things there are.
     """
     return f"{noun} {number:,} (of 0 to {count - 1:,})"
+
+
+def description_of(documented: Any) -> str:
+    """Return the docstring of an object up to its first section; "" without one."""
+    return SECTION.split(inspect.getdoc(documented) or "", maxsplit=1)[0]
 
 
 def harmless(text: str) -> str:

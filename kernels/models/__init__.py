@@ -1,4 +1,4 @@
-"""The published models, by name."""
+"""Published models by name."""
 
 from kernels.model import Model, flaw
 from kernels.models import (

@@ -149,7 +149,7 @@ AS_RUN = AS_WRITTEN | {
 
 
 def sight(params: Params) -> Sight:
-    """Up to the perception range, px, within the field of view."""
+    """Return a view up to the perception range, px, within the field of view."""
     return Sight(params.perception_range, params.fov, params.range_inclusive)
 
 
@@ -161,8 +161,10 @@ def _obstacle_reach(params: Params) -> float:
 def _obstacle_and_wall(
     params: Params, world: World, work: Workspace, x: float, y: float
 ) -> tuple[float, float, float, float]:
-    """The obstacle and the wall force at (x, y); where walls are obstacles, their sum
-    and zero.
+    """Return the obstacle force and the wall force at (x, y).
+
+    Where walls are obstacles, the first force is the sum of both and the second is
+    zero.
     """
     obstacle_x, obstacle_y = repulsion_inverse(
         world, work.reach, params.obstacle_range, params.epsilon, x, y
@@ -188,8 +190,9 @@ def _acceleration(
     work: Workspace,
     found: int,
 ) -> tuple[float, float]:
-    """The forces on boid `i` in order of priority, each served from what the earlier
-    ones left of the budget.
+    """Return the forces on boid `i`, served in order of priority.
+
+    Each force gets what the earlier ones left of the budget `max_acceleration`.
     """
     x, y = own.x[i], own.y[i]
     range2 = square_range(params.separation_range, params.range_inclusive)
@@ -237,10 +240,31 @@ def advance(
     _rng: Generator,
     steps: int,
 ) -> bool:
-    """Advance `flock` by `steps` updates; return False after the first step that is not
-    finite.
+    """Advance `flock` by `steps` updates; return whether its state stays finite.
 
     v += a dt, limited to max_speed; p += v dt.
+
+    Parameters
+    ----------
+    flock : Flock
+        Positions and velocities of N boids, arrays (N,); changed in place.
+    world : World
+        Size, borders, obstacles and goal.
+    params : Params
+        Parameters of the model, before robots differ.
+    work : Workspace
+        Grid, neighbour list, state rows and robot layers of the trial.
+    record : Record
+        Receives frames, counts and the number of steps done.
+    _rng : Generator
+        Not used: the model draws no random numbers.
+    steps : int
+        Number of updates of length `dt`.
+
+    Returns
+    -------
+    bool
+        False after the first update whose state is not finite.
     """
     sequential = params.update == SEQUENTIAL
     others = others_of(flock, work, sequential)

@@ -3,7 +3,7 @@
 I. D. Couzin, J. Krause, R. James, G. D. Ruxton, N. R. Franks (2002), Collective memory
 and spatial sorting in animal groups, Journal of Theoretical Biology 218, 1-11. The
 paper has three dimensions, and this model has two. The unit of length is the radius of
-the zone of repulsion, that of time is the second.
+the zone of repulsion; the unit of time is the second.
 """
 
 import math
@@ -129,7 +129,7 @@ There is no program of the authors, so as_run equals as_written.
 
 
 def _state(orientation_width: float) -> dict[str, object]:
-    """The preset of one state of the plane, by the width that decides it."""
+    """Return the preset of one state of the plane for its `orientation_width`."""
     return AS_WRITTEN | {
         "orientation_width": orientation_width,
         "flock_range": 11.0 + orientation_width,
@@ -137,8 +137,9 @@ def _state(orientation_width: float) -> dict[str, object]:
 
 
 def sight(params: Params) -> Sight:
-    """All round, up to the end of the zone of attraction. The rule itself looks whom
-    the field of view has.
+    """Return a view all round, up to the end of the zone of attraction.
+
+    The field of view is applied in `_desired`, since repulsion acts all round.
     """
     widths = params.orientation_width + params.attraction_width
     return Sight(params.repulsion_range + widths)
@@ -148,12 +149,13 @@ def sight(params: Params) -> Sight:
 def _desired(
     params: Params, others: Flock, own: Flock, i: int, work: Workspace, found: int
 ) -> tuple[float, float]:
-    """The direction that boid `i` desires, not scaled; zero where nothing draws it.
+    """Return the desired direction of boid `i`, not scaled; zero without any pull.
 
-    Anybody in the zone of repulsion, all round, decides alone: away from all of them,
-    by unit vectors, Eq. (1). Else it is the sum of the unit velocities of those seen in
-    the zone of orientation, Eq. (2), and of the unit vectors to those seen in the zone
-    of attraction, Eq. (3), or of these two sums at length 1.
+    Neighbours in the zone of repulsion, all round, decide alone. The boid then heads
+    away from all of them, by unit vectors, Eq. (1). Otherwise two sums over visible
+    neighbours are added: the unit velocities in the zone of orientation, Eq. (2), and
+    the unit vectors to neighbours in the zone of attraction, Eq. (3). With
+    `unit_vectors` each sum has length 1 first.
     """
     repulsion2 = params.repulsion_range * params.repulsion_range
     outer = params.repulsion_range + params.orientation_width
@@ -190,7 +192,7 @@ def _desired(
 
 @jit
 def _missed(rng: Generator, deviation: float) -> tuple[float, float]:
-    """Cosine and sine of a Gaussian angle with this standard deviation, radians."""
+    """Return cosine and sine of a Gaussian angle; `deviation` is in radians."""
     angle = deviation * normal(rng)
     return cosine_sine(angle - math.tau * math.floor(angle / math.tau + 0.5))
 
@@ -205,11 +207,33 @@ def advance(
     rng: Generator,
     steps: int,
 ) -> bool:
-    """Advance `flock` by `steps` updates; return False after the first step that is not
-    finite.
+    """Advance `flock` by `steps` updates; return whether its state stays finite.
 
-    A boid that nothing draws desires its own heading. It misses the desired direction
-    by a Gaussian angle, turns towards that by max_turn dt at most, and moves by s dt.
+    A boid without any pull desires its own heading. The desired direction is missed by
+    a Gaussian angle. The boid turns towards the result by at most max_turn dt, and
+    moves by s dt.
+
+    Parameters
+    ----------
+    flock : Flock
+        Positions and velocities of N boids, arrays (N,); changed in place.
+    world : World
+        Size, borders, obstacles and goal.
+    params : Params
+        Parameters of the model, before robots differ.
+    work : Workspace
+        Grid, neighbour list, state rows and robot layers of the trial.
+    record : Record
+        Receives frames, counts and the number of steps done.
+    rng : Generator
+        Source of the model's random numbers.
+    steps : int
+        Number of updates of length `dt`.
+
+    Returns
+    -------
+    bool
+        False after the first update whose state is not finite.
     """
     sequential = params.update == SEQUENTIAL
     dt = params.dt

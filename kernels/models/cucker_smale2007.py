@@ -1,7 +1,7 @@
-"""Boids that take over each other's velocities, less the farther they are apart.
+"""Boids that adopt each other's velocities, less the farther apart they are.
 
 F. Cucker, S. Smale (2007), Emergent behavior in flocks, IEEE Transactions on Automatic
-Control 52, 852-862. Lengths and times are pure numbers there.
+Control 52, 852-862. Lengths and times are dimensionless in the paper.
 """
 
 import math
@@ -105,7 +105,7 @@ other.
 
 
 def sight(params: Params) -> Sight:
-    """All round, up to the range of interaction and at it."""
+    """Return a view all round, up to the interaction range inclusive."""
     return Sight(params.interaction_range, inclusive=True)
 
 
@@ -113,8 +113,9 @@ def sight(params: Params) -> Sight:
 def _pull(
     params: Params, others: Flock, own: Flock, i: int, work: Workspace, found: int
 ) -> tuple[float, float]:
-    """The sum of a_ij (v_j - v_i) over the `found` neighbours of boid `i`, Eq. (1), or
-    with weights `mean` this sum by the number of boids.
+    """Return the sum of a_ij (v_j - v_i) over `found` neighbours of boid `i`, Eq. (1).
+
+    With weights `mean` the sum is divided by the number of boids.
     """
     sigma2, near = params.decay_length * params.decay_length, work.near
     for k in range(whole(found)):  # a loop without sums: several at once
@@ -137,12 +138,33 @@ def advance(
     _rng: Generator,
     steps: int,
 ) -> bool:
-    """Advance `flock` by `steps` updates; return False after the first step that is not
-    finite.
+    """Advance `flock` by `steps` updates; return whether its state stays finite.
 
     The flock of the paper in discrete time: x(t + h) = x(t) + h v(t), with the velocity
     from before the step, and v_i(t + h) = v_i(t) + h times the pull. While h times the
     sum of a boid's weights is at most 1, its new velocity is a mean of old ones.
+
+    Parameters
+    ----------
+    flock : Flock
+        Positions and velocities of N boids, arrays (N,); changed in place.
+    world : World
+        Size, borders, obstacles and goal.
+    params : Params
+        Parameters of the model, before robots differ.
+    work : Workspace
+        Grid, neighbour list, state rows and robot layers of the trial.
+    record : Record
+        Receives frames, counts and the number of steps done.
+    _rng : Generator
+        Not used: the model draws no random numbers.
+    steps : int
+        Number of updates of length `dt`.
+
+    Returns
+    -------
+    bool
+        False after the first update whose state is not finite.
     """
     sequential = params.update == SEQUENTIAL
     others = others_of(flock, work, sequential)

@@ -1,8 +1,8 @@
-"""Boids that propel themselves, and attract and repel each other by a potential.
+"""Boids that propel themselves and attract and repel each other by a potential.
 
 M. R. D'Orsogna, Y. L. Chuang, A. L. Bertozzi, L. S. Chayes (2006), Self-propelled
 particles with soft-core interactions: patterns, stability, and collapse, Physical
-Review Letters 96, 104302. Lengths, times and masses are pure numbers there.
+Review Letters 96, 104302. Lengths, times and masses are dimensionless in the paper.
 """
 
 import math
@@ -121,16 +121,16 @@ MILL = AS_WRITTEN | {
 
 
 def sight(params: Params) -> Sight:
-    """All round, up to the range of interaction and at it."""
+    """Return a view all round, up to the interaction range inclusive."""
     return Sight(params.interaction_range, inclusive=True)
 
 
 @jit
 def _force(params: Params, near: Near, found: int) -> tuple[float, float]:
-    """The sum of -grad U over the `found` neighbours in `near`, of the potential
-    U(r) = C_r exp(-r / l_r) - C_a exp(-r / l_a) of Eq. (3).
+    """Return the sum of -grad U over the `found` neighbours in `near`.
 
-    A boid at the same place has no direction, and adds nothing.
+    The potential is U(r) = C_r exp(-r / l_r) - C_a exp(-r / l_a), Eq. (3). A neighbour
+    at the same position has no direction and adds nothing.
     """
     push = params.repulsion_strength / params.repulsion_length
     pull = params.attraction_strength / params.attraction_length
@@ -150,7 +150,7 @@ def _force(params: Params, near: Near, found: int) -> tuple[float, float]:
 
 @jit
 def _pacing(params: Params, dt: float) -> tuple[float, float]:
-    """The `decay` and the `brake` of `_paced` for half a step of length `dt`."""
+    """Return `decay` and `brake` of `_paced` for half a step of length `dt`."""
     rate = params.propulsion / params.mass
     grown = -expm1(-rate * dt) / rate if rate > 0.0 else dt
     return exp(-rate * dt), params.friction / params.mass * grown
@@ -158,12 +158,12 @@ def _pacing(params: Params, dt: float) -> tuple[float, float]:
 
 @jit
 def _paced(vx: float, vy: float, decay: float, brake: float) -> tuple[float, float]:
-    """A velocity after its boid has propelled itself for a while.
+    """Return a velocity after its boid has propelled itself for a while.
 
-    It is the solution of m v' = (alpha - beta |v|^2) v: v / sqrt(D + B |v|^2), where
-    after the time t `decay` D is exp(-2 alpha t / m), and `brake` B is
-    beta (1 - D) / alpha. The speed sqrt(alpha / beta) stays what it is. D is at least
-    TINY, so that boids at rest stay so after any time.
+    It is the solution of m v' = (alpha - beta |v|^2) v: v / sqrt(D + B |v|^2). After
+    the time t, `decay` D is exp(-2 alpha t / m), and `brake` B is beta (1 - D) / alpha.
+    The speed sqrt(alpha / beta) does not change. D is at least TINY, so that boids at
+    rest stay so after any time.
     """
     share = 1.0 / math.sqrt(max(decay, TINY) + brake * (vx * vx + vy * vy))
     return share * vx, share * vy
@@ -179,13 +179,34 @@ def advance(
     _rng: Generator,
     steps: int,
 ) -> bool:
-    """Advance `flock` by `steps` updates; return False after the first step that is not
-    finite.
+    """Advance `flock` by `steps` updates; return whether its state stays finite.
 
-    Eqs. (1) and (2), x' = v and m v' = (alpha - beta |v|^2) v - grad U, by leapfrog: a
-    boid propels itself for half a step, is pushed by the force at its place for a whole
-    one, propels itself for the other half, and then moves by v dt. So velocities stand
-    half a step before places, and the error of a path is of the order of dt^2.
+    Eqs. (1) and (2), x' = v and m v' = (alpha - beta |v|^2) v - grad U, by leapfrog. A
+    boid propels itself for half a step, is pushed by the force at its position for a
+    whole one, propels itself for the other half, and then moves by v dt. So velocities
+    are half a step behind positions, and the error of a path is of the order of dt^2.
+
+    Parameters
+    ----------
+    flock : Flock
+        Positions and velocities of N boids, arrays (N,); changed in place.
+    world : World
+        Size, borders, obstacles and goal.
+    params : Params
+        Parameters of the model, before robots differ.
+    work : Workspace
+        Grid, neighbour list, state rows and robot layers of the trial.
+    record : Record
+        Receives frames, counts and the number of steps done.
+    _rng : Generator
+        Not used: the model draws no random numbers.
+    steps : int
+        Number of updates of length `dt`.
+
+    Returns
+    -------
+    bool
+        False after the first update whose state is not finite.
     """
     sequential = params.update == SEQUENTIAL
     others, dt = others_of(flock, work, sequential), params.dt

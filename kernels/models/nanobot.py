@@ -1,5 +1,6 @@
-"""Boids that keep a protected range about them (the pseudocode of "Boids for nanobot
-swarms", no author given).
+"""Boids that keep a protected range about them.
+
+The source is the pseudocode of "Boids for nanobot swarms", which names no author.
 """
 
 from typing import Annotated, NamedTuple
@@ -31,7 +32,7 @@ from kernels.workspace import Workspace
 
 
 class Params(NamedTuple):
-    """The arguments of the pseudocode, and the one choice that it makes."""
+    """Arguments of the pseudocode, and one choice that the pseudocode makes."""
 
     separation_weight: Annotated[
         float, About("AvoidFactor", "1/time^2", low=0, rule="separation")
@@ -100,7 +101,7 @@ There is no program of the authors either, so as_run equals as_written.
 
 
 def sight(params: Params) -> Sight:
-    """All round, up to the longer of the two ranges, px."""
+    """Return a view all round, up to the longer of the two ranges, px."""
     return Sight(max(params.separation_range, params.perception_range))
 
 
@@ -124,8 +125,10 @@ def _new_velocity(
     work: Workspace,
     found: int,
 ) -> tuple[float, float]:
-    """The velocity of boid `i` after cohesion, then alignment of the changed velocity,
-    separation, borders and limits.
+    """Return the velocity of boid `i` after all rules.
+
+    The order is cohesion, alignment of the changed velocity, separation, borders,
+    limits.
     """
     crowd2, range2 = (
         square_range(params.separation_range, False),
@@ -163,11 +166,32 @@ def advance(
     _rng: Generator,
     steps: int,
 ) -> bool:
-    """Advance `flock` by `steps` updates; return False after the first step that is not
-    finite.
+    """Advance `flock` by `steps` updates; return whether its state stays finite.
 
     v += dt times each rule, limited at both ends; p += v dt. At rest the pseudocode
     divides by zero: here a boid at rest stays so until a rule moves it.
+
+    Parameters
+    ----------
+    flock : Flock
+        Positions and velocities of N boids, arrays (N,); changed in place.
+    world : World
+        Size, borders, obstacles and goal.
+    params : Params
+        Parameters of the model, before robots differ.
+    work : Workspace
+        Grid, neighbour list, state rows and robot layers of the trial.
+    record : Record
+        Receives frames, counts and the number of steps done.
+    _rng : Generator
+        Not used: the model draws no random numbers.
+    steps : int
+        Number of updates of length `dt`.
+
+    Returns
+    -------
+    bool
+        False after the first update whose state is not finite.
     """
     sequential = params.update == SEQUENTIAL
     others = others_of(flock, work, sequential)

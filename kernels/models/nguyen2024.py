@@ -1,5 +1,6 @@
-"""Boids with obstacles, swept over one weight at a time (Nguyen 2024, "Monte Carlo
-analysis of boid simulations").
+"""Boids with obstacles, swept over one weight at a time.
+
+The source is Nguyen (2024), "Monte Carlo analysis of boid simulations".
 """
 
 import math
@@ -105,7 +106,7 @@ AS_RUN = AS_WRITTEN | {
 
 
 def sight(params: Params) -> Sight:
-    """All round, up to the longest of the three ranges, px."""
+    """Return a view all round, up to the longest of the three ranges, px."""
     ranges = params.separation_range, params.alignment_range, params.cohesion_range
     return Sight(max(ranges), inclusive=params.range_inclusive)
 
@@ -125,8 +126,9 @@ def _acceleration(
     found: int,
     rng: Generator,
 ) -> tuple[float, float]:
-    """The weighted sum of Eq. (3) for boid `i`: each force limited to max_force, the
-    wander and the sum not.
+    """Return the weighted sum of Eq. (3) for boid `i`.
+
+    Each force is limited to max_force; the wander and the sum are not.
     """
     most, inclusive = params.max_force, params.range_inclusive
     away_x, away_y, vx, vy, aligned, to_x, to_y, joined = ranged_sums(
@@ -166,11 +168,32 @@ def advance(
     rng: Generator,
     steps: int,
 ) -> bool:
-    """Advance `flock` by `steps` updates; return False after the first step that is not
-    finite.
+    """Advance `flock` by `steps` updates; return whether its state stays finite.
 
     Eqs. (1) and (2): v += a dt, p += displacement_factor v dt, then the drag takes its
-    share of v.
+    fraction of v.
+
+    Parameters
+    ----------
+    flock : Flock
+        Positions and velocities of N boids, arrays (N,); changed in place.
+    world : World
+        Size, borders, obstacles and goal.
+    params : Params
+        Parameters of the model, before robots differ.
+    work : Workspace
+        Grid, neighbour list, state rows and robot layers of the trial.
+    record : Record
+        Receives frames, counts and the number of steps done.
+    rng : Generator
+        Source of the model's random numbers.
+    steps : int
+        Number of updates of length `dt`.
+
+    Returns
+    -------
+    bool
+        False after the first update whose state is not finite.
     """
     sequential = params.update == SEQUENTIAL
     others = others_of(flock, work, sequential)

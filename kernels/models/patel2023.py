@@ -32,7 +32,7 @@ ALWAYS, IN_MARGIN, NEVER = 0, 1, 2
 
 
 class Params(NamedTuple):
-    """Table I. Lengths are pixels, ten to the metre."""
+    """Parameters of Table I. Lengths are pixels, ten per metre."""
 
     separation_weight: Annotated[
         float, About("a of Eq. (6)", "1/time^2", low=0, rule="separation")
@@ -127,7 +127,7 @@ NO_BORDERS = {"border_turn": 0.0, "border_adds_velocity": "never"}
 
 
 def sight(params: Params) -> Sight:
-    """All round, up to the longest of the three ranges, px."""
+    """Return a view all round, up to the longest of the three ranges, px."""
     ranges = params.separation_range, params.alignment_range, params.cohesion_range
     return Sight(max(ranges), inclusive=params.range_inclusive)
 
@@ -157,8 +157,10 @@ def _move(moved: Flock, world: World, params: Params, i: int) -> None:
 
 @jit
 def _border(params: Params, position: float, velocity: float, length: float) -> float:
-    """One component of V_border, Eqs. (18) and (19), or what the program and the
-    intention have for it.
+    """Return one component of V_border, Eqs. (18) and (19).
+
+    `border_adds_velocity` chooses the reading of the text, of the program or the
+    intention.
     """
     back = turn_back(position, length, params.border_margin)
     adds = params.border_adds_velocity
@@ -176,8 +178,9 @@ def _new_velocity(
     work: Workspace,
     found: int,
 ) -> tuple[float, float]:
-    """The velocity of boid `i` after five rules; each rule acts on the result of the
-    one before.
+    """Return the velocity of boid `i` after five rules.
+
+    Each rule acts on the result of the rule before.
     """
     near, dt = work.near, params.dt
     x, y = separation_linear(
@@ -219,14 +222,35 @@ def advance(
     _rng: Generator,
     steps: int,
 ) -> bool:
-    """Advance `flock` by `steps` updates; return False after the first step that is not
-    finite.
+    """Advance `flock` by `steps` updates; return whether its state stays finite.
 
     p += v dt, then v += dt times the sum of the rules at the new position. In a
-    synchronous update all boids move before any of them looks. The velocity at the end
-    of a step is limited only at the beginning of the next step. So recorded velocities
-    are faster than the moves: as run about 21 px a step, while moves are 10 px. Boids
-    that measure and hear know where all, and they themselves, were before the move.
+    synchronous update all boids move before any boid looks. The velocity at the end of
+    a step is limited only at the beginning of the next step. So recorded velocities are
+    faster than the moves: as run about 21 px per step, while moves are 10 px. Boids
+    that measure and hear know all positions, their own included, from before the move.
+
+    Parameters
+    ----------
+    flock : Flock
+        Positions and velocities of N boids, arrays (N,); changed in place.
+    world : World
+        Size, borders, obstacles and goal.
+    params : Params
+        Parameters of the model, before robots differ.
+    work : Workspace
+        Grid, neighbour list, state rows and robot layers of the trial.
+    record : Record
+        Receives frames, counts and the number of steps done.
+    _rng : Generator
+        Not used: the model draws no random numbers.
+    steps : int
+        Number of updates of length `dt`.
+
+    Returns
+    -------
+    bool
+        False after the first update whose state is not finite.
     """
     sequential = params.update == SEQUENTIAL
     others = others_of(flock, work, sequential)

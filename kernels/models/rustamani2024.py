@@ -1,4 +1,7 @@
-"""Robots that flock to a goal and steer round obstacles (Rustamani et al. 2024)."""
+"""Robots that flock to a goal and steer round obstacles.
+
+The source is Rustamani et al. (2024).
+"""
 
 import math
 from typing import Annotated, NamedTuple
@@ -255,7 +258,7 @@ AS_REPORTED = AS_RUN | {
 
 
 def sight(params: Params) -> Sight:
-    """Up to the perception range, m, within the field of view."""
+    """Return a view up to the perception range, m, within the field of view."""
     return Sight(params.perception_range, params.fov, params.range_inclusive)
 
 
@@ -265,7 +268,7 @@ def _occupancy(params: Params) -> OccupancySettings:
 
 @jit
 def _leaders(params: Params, n: int) -> int:
-    """How many of `n` boids, the first ones, know the goal."""
+    """Return the number of leaders, the first of `n` boids, which know the goal."""
     return math.floor(params.leader_share * n + 0.5)
 
 
@@ -297,7 +300,10 @@ DEMANDS = (
 
 @jit
 def _limited(params: Params, x: float, y: float, most: float) -> tuple[float, float]:
-    """The vector (x, y) within the limit `most` of its components or its length."""
+    """Return the vector (x, y) limited to `most`.
+
+    With `component_limits` each component is limited, otherwise the length.
+    """
     return (
         limit_components(x, y, most) if params.component_limits else limit(x, y, most)
     )
@@ -307,7 +313,10 @@ def _limited(params: Params, x: float, y: float, most: float) -> tuple[float, fl
 def _avoidance(
     params: Params, own: Flock, i: int, work: Workspace, record: Record
 ) -> tuple[float, float]:
-    """The weighted steering of boid `i` round obstacles. A dead end is counted."""
+    """Return the weighted steering of boid `i` round obstacles.
+
+    A dead end is counted in the events of `record`.
+    """
     ahead, step, turn = params.look_ahead, params.path_step, params.angle_step
     x, y, is_dead_end = steer_to_avoid(
         work.occupancy, own.x[i], own.y[i], own.vx[i], own.vy[i], ahead, step, turn
@@ -320,7 +329,7 @@ def _avoidance(
 def _flocking(
     params: Params, others: Flock, own: Flock, i: int, work: Workspace, found: int
 ) -> tuple[tuple[float, float], tuple[float, float], tuple[float, float]]:
-    """The weighted separation, alignment and cohesion of boid `i`."""
+    """Return the weighted separation, alignment and cohesion of boid `i`."""
     crowd2 = square_range(params.separation_range, params.range_inclusive)
     crowd_x, crowd_y = separation_direction(work.near, found, crowd2)
     with_x, with_y = alignment_from(
@@ -343,8 +352,9 @@ def _flocking(
 def _navigation(
     params: Params, own: Flock, world: World, work: Workspace, i: int, leads: bool
 ) -> tuple[tuple[float, float], tuple[float, float]]:
-    """The weighted arrival and seek of boid `i`; zero unless it `leads`, as one does
-    that knows the goal.
+    """Return the weighted arrival and seek of boid `i`.
+
+    Both are zero unless the boid `leads`: only leaders know the goal.
     """
     if not leads:
         return (0.0, 0.0), (0.0, 0.0)
@@ -372,8 +382,9 @@ def _acceleration(
     found: int,
     record: Record,
 ) -> tuple[float, float]:
-    """The terms of boid `i` in order of priority, added until their sum is longer than
-    the pool, and limited.
+    """Return the limited sum of the terms of boid `i` in order of priority.
+
+    Terms are added until the sum is longer than `acceleration_pool`.
     """
     obstacle = _avoidance(params, own, i, work, record)
     apart, along, together = _flocking(params, others, own, i, work, found)
@@ -397,11 +408,32 @@ def advance(
     _rng: Generator,
     steps: int,
 ) -> bool:
-    """Advance `flock` by `steps` updates; return False after the first step that is not
-    finite.
+    """Advance `flock` by `steps` updates; return whether its state stays finite.
 
-    v += a dt, limited to max_speed; p += v dt. The heading of a boid at rest is that of
-    its last velocity.
+    v += a dt, limited to max_speed; p += v dt. A boid at rest keeps the heading of its
+    last velocity.
+
+    Parameters
+    ----------
+    flock : Flock
+        Positions and velocities of N boids, arrays (N,); changed in place.
+    world : World
+        Size, borders, obstacles and goal.
+    params : Params
+        Parameters of the model, before robots differ.
+    work : Workspace
+        Grid, neighbour list, state rows and robot layers of the trial.
+    record : Record
+        Receives frames, counts and the number of steps done.
+    _rng : Generator
+        Not used: the model draws no random numbers.
+    steps : int
+        Number of updates of length `dt`.
+
+    Returns
+    -------
+    bool
+        False after the first update whose state is not finite.
     """
     sequential = params.update == SEQUENTIAL
     others = others_of(flock, work, sequential)

@@ -1,28 +1,28 @@
-"""A dog that herds sheep to a goal: it collects those that stray, and drives the herd.
+"""A dog that herds sheep to a goal: it collects strays and drives the herd.
 
 D. Strombom, R. P. Mann, A. M. Wilson, S. Hailes, A. J. Morton, D. J. T. Sumpter, A. J.
 King (2014), Solving the shepherding problem: heuristics for herding autonomous,
 interacting agents, Journal of the Royal Society Interface 11, 20140719. Only the
-abstract was at hand. Equations and numbers are those on which programs of others agree:
+abstract was at hand. Equations and numbers are those on which other programs agree:
 HerdSim, which names sections of the paper, two programs in Python (shepherd_gym; one of
 A. Sheets), one in MATLAB of the Theoretical Ecology and Evolution laboratory, and a
 later program of Strombom's own for leading and herding.
 
-Where these differ, the reading is a setting, or it is one of these:
+Where these programs differ, the reading is a parameter, or it is one of these:
 
 - a dog within three times r_a of a sheep stops (HerdSim, Strombom), or is slow (Sheets:
-  0.3 r_a a step): `near_speed`
+  0.3 r_a per step): `near_speed`
 - the dog misses its way as sheep do (HerdSim, MATLAB), or does not (the others):
   `dog_noise`
 - the task is done when all sheep are at the goal (HerdSim), or when their centre is
-  (shepherd_gym): `done_when`. The radius of the goal is in no program the same.
+  (shepherd_gym): `done_when`. The radius of the goal differs in all programs.
 - a sheep that grazes stands still or takes a step in a random direction (HerdSim). With
   Sheets this step is along its inertia and away from others, too.
 - all are updated at once (MATLAB), or the sheep before the dog (HerdSim): `update`
-- the border is open, as in all of them but HerdSim
-- a dog that sees only some sheep takes the number of these for N: no program has it
+- the border is open, as in all programs but HerdSim
+- a dog that sees only some sheep takes their number for N: no program has this case
 
-Directions come from arithmetic alone, so that trials have the same bits with any
+Directions come from arithmetic alone, so that trials are bitwise identical with any
 library of mathematics.
 """
 
@@ -60,7 +60,7 @@ EVERYONE = 10_000_000
 
 
 class Params(NamedTuple):
-    """Table 1 of the paper, and what programs of others do differently."""
+    """Parameters of Table 1, and choices in which programs of others differ."""
 
     repulsion_range: Annotated[
         float,
@@ -195,18 +195,18 @@ is our choice. There is no program of the authors, so as_run equals as_written.
 
 
 def sight(params: Params) -> Sight:
-    """All round, up to the range of interaction and at it."""
+    """Return a view all round, up to the interaction range inclusive."""
     return Sight(params.interaction_range, inclusive=True)
 
 
 def _count_kinds(_params: Params, n: int) -> tuple[int, int]:
-    """All are sheep but for the last one, the dog."""
+    """Return the numbers of sheep and dogs; the last boid is the one dog."""
     return n - 1, 1
 
 
 @jit
 def _way(own: Flock, world: World, i: int, x: float, y: float) -> tuple[float, float]:
-    """The displacement from boid `i` to (x, y)."""
+    """Return the displacement from boid `i` to (x, y)."""
     dx, dy = x - own.x[i], y - own.y[i]
     if world.minimum_image:
         dx, dy = nearest_image(dx, world.width), nearest_image(dy, world.height)
@@ -215,7 +215,10 @@ def _way(own: Flock, world: World, i: int, x: float, y: float) -> tuple[float, f
 
 @jit
 def _is_done(flock: Flock, world: World, params: Params) -> bool:
-    """Whether all sheep are at the goal, or their centre; there is at least one."""
+    """Return whether all sheep, or their centre, are at the goal.
+
+    `done_when` chooses between both. Without any sheep the task is never done.
+    """
     sheep = flock.x.size - 1
     reach2 = params.target_radius * params.target_radius
     x, y, there = 0.0, 0.0, 0
@@ -231,7 +234,7 @@ def _is_done(flock: Flock, world: World, params: Params) -> bool:
 
 @jit
 def _grazing(params: Params, rng: Generator) -> tuple[float, float]:
-    """The velocity of a sheep that is far from the dog."""
+    """Return the velocity of a sheep that is far from the dog."""
     if rng.random() >= params.graze_probability:
         return 0.0, 0.0
     x, y = random_turn(rng, math.tau)
@@ -248,12 +251,12 @@ def _sheep_velocity(
     i: int,
     rng: Generator,
 ) -> tuple[float, float]:
-    """The velocity of sheep `i`: with the dog within r_s along h H + c C + rho_a R_a +
-    rho_s R_s + e epsilon, a sum of unit vectors.
+    """Return the velocity of sheep `i`.
 
-    H is its heading, where it has moved in the step before; C points to the centre of
-    mass of the nearest sheep, R_a along the sum of the unit vectors from those within
-    r_a, R_s away from the dog, and epsilon anywhere.
+    With the dog within r_s it is along h H + c C + rho_a R_a + rho_s R_s + e epsilon, a
+    sum of unit vectors. H is the heading of its last move. C points to the centre of
+    mass of the nearest sheep. R_a is along the sum of the unit vectors away from sheep
+    within r_a. R_s points away from the dog. The direction of epsilon is random.
     """
     dog = others.x.size - 1
     dog_x, dog_y = _way(own, world, i, others.x[dog], others.y[dog])
@@ -297,11 +300,12 @@ def _dog_velocity(
     work: Workspace,
     rng: Generator,
 ) -> tuple[float, float]:
-    """The velocity of the dog, which sees N sheep; without any it goes on.
+    """Return the velocity of the dog, which sees N sheep.
 
-    Where one is farther than f(N) = r_a N^(2/3) from their centre of mass, the dog goes
-    to a point r_a behind the farthest one, to collect it; else to a point r_a sqrt(N)
-    behind the centre, seen from the goal, to drive them.
+    If a sheep is farther than f(N) = r_a N^(2/3) from their centre of mass, the dog
+    goes to a point r_a behind the farthest one, to collect it. Otherwise it goes to a
+    point r_a sqrt(N) behind the centre, seen from the goal, to drive the herd. Without
+    any sheep it keeps its direction.
     """
     dog, near = others.x.size - 1, work.near
     range2 = square_range(params.interaction_range, True)
@@ -325,8 +329,10 @@ def _dog_velocity(
 def _aim(
     params: Params, own: Flock, world: World, work: Workspace, found: int
 ) -> tuple[float, float, float]:
-    """The displacement from the dog to where it wants to be, and the square of its
-    distance from the nearest of the `found` sheep in `work.near`, at least one.
+    """Return the displacement from the dog to its target, and a squared distance.
+
+    The last number is the square of the distance to the nearest of the `found` sheep in
+    `work.near`, at least one.
     """
     near, dog = work.near, own.x.size - 1
     x, y, nearest2 = 0.0, 0.0, math.inf
@@ -362,10 +368,31 @@ def advance(
     rng: Generator,
     steps: int,
 ) -> bool:
-    """Advance `flock` by `steps` updates; return False after the first step that is not
-    finite.
+    """Advance `flock` by `steps` updates; return whether its state stays finite.
 
-    Once the task is done, all want to stand still, and draw nothing at random.
+    Once the task is done, all boids want to stand still and draw no random numbers.
+
+    Parameters
+    ----------
+    flock : Flock
+        Positions and velocities of N boids, arrays (N,); changed in place.
+    world : World
+        Size, borders, obstacles and goal.
+    params : Params
+        Parameters of the model, before robots differ.
+    work : Workspace
+        Grid, neighbour list, state rows and robot layers of the trial.
+    record : Record
+        Receives frames, counts and the number of steps done.
+    rng : Generator
+        Source of the model's random numbers.
+    steps : int
+        Number of updates of length `dt`.
+
+    Returns
+    -------
+    bool
+        False after the first update whose state is not finite.
     """
     sequential, dog = params.update == SEQUENTIAL, flock.x.size - 1
     others, own = others_of(flock, work, sequential), own_of(flock, work)
@@ -402,7 +429,7 @@ STILL = {
     "dog_noise": 0.0,
     "graze_probability": 0.0,
 }
-"""Nothing is drawn at random that would count."""
+"""Parameters without randomness in the results."""
 
 MODEL = Model(
     name="strombom2014",

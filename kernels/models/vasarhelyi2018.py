@@ -2,15 +2,15 @@
 
 G. Vasarhelyi, C. Viragh, G. Somorjai, T. Nepusz, A. E. Eiben, T. Vicsek (2018),
 Optimized flocking of autonomous drones in confined environments, Science Robotics 3,
-eaat3536. The equations are those that the authors' simulator runs (csviragh/robotsim);
-the settings that bear the paper's letters were read second-hand.
+eaat3536. The equations are those of the authors' simulator (csviragh/robotsim); the
+parameters with the paper's letters were read second-hand.
 
-What drones measure and hear, and how they follow the velocity that they want, are
-settings of all models; see kernels.robots. The loop of the motors has the velocity u
-that a drone measures, as in the simulator: v + (w - u) (1 - exp(-dt / lag)), which is
-what motors do for the wanted velocity w + v - u. That is the exact solution for a w
-that is held; the simulator takes a step of Euler, v + (w - u) dt / lag, which with its
-dt of 0.01 s and lag of 1 s is half a percent faster.
+Sensing, communication and actuation are settings of all models; see kernels.robots. The
+motor loop uses the velocity u that a drone measures, as in the simulator:
+v + (w - u) (1 - exp(-dt / lag)). Motors do the same for the commanded velocity
+w + v - u. This is the exact solution for a constant w. The simulator takes an Euler
+step, v + (w - u) dt / lag, which with its dt of 0.01 s and lag of 1 s is half a percent
+faster.
 """
 
 import math
@@ -46,7 +46,7 @@ SCALED, CUT = 0, 1
 
 
 class Params(NamedTuple):
-    """The parameters of the paper, and what its simulator adds to them."""
+    """Parameters of the paper, and additions of its simulator."""
 
     flock_speed: Annotated[
         float,
@@ -264,19 +264,21 @@ LOSSY = REAL | {"packet_loss": 1.0, "packet_loss_range": 80.0}
 
 
 def sight(params: Params) -> Sight:
-    """All round, up to the range of interaction and at it."""
+    """Return a view all round, up to the interaction range inclusive."""
     return Sight(params.interaction_range, inclusive=True)
 
 
 def _obstacle_reach(_params: Params) -> float:
-    """However far an obstacle is, a drone that is fast enough brakes."""
+    """Return infinity: a fast drone brakes for an obstacle at any distance."""
     return math.inf
 
 
 @jit
 def _braking_square(way: float, acceleration: float, slope: float) -> float:
-    """The square of D(r, a, p), the speed from which a drone can brake within a `way`:
-    first by a constant acceleration, then in proportion to the way that is left.
+    """Return the square of D(r, a, p), the speed with a braking distance `way`.
+
+    A drone brakes by a constant acceleration first, then in proportion to the distance
+    left.
     """
     linear = slope * max(way, 0.0)
     turn = acceleration / slope
@@ -289,9 +291,10 @@ def _braking_square(way: float, acceleration: float, slope: float) -> float:
 def _shilled(
     params: Params, x: float, y: float, vx: float, vy: float, distance: float
 ) -> tuple[float, float]:
-    """What the shill agent at a wall adds to a wanted velocity: it flies along the unit
-    vector (x, y) away from the wall, and what a drone at this distance has of another
-    velocity beyond the braking curve is taken off.
+    """Return the velocity that the shill agent at a wall adds.
+
+    The agent moves along the unit vector (x, y) away from the wall. The difference from
+    its velocity beyond the braking curve at this `distance` is removed.
     """
     dx, dy = params.shill_speed * x - vx, params.shill_speed * y - vy
     square = dx * dx + dy * dy
@@ -305,7 +308,7 @@ def _shilled(
 def _from_walls(
     params: Params, world: World, x: float, y: float, vx: float, vy: float
 ) -> tuple[float, float]:
-    """What the shill agents of the nearer wall along x, and along y, add."""
+    """Return the velocity added by the shill agents of the nearer wall per axis."""
     off_x, off_y = x - 0.5 * world.width, y - 0.5 * world.height
     way_x = -1.0 if off_x > 0.0 else 1.0
     way_y = -1.0 if off_y > 0.0 else 1.0
@@ -317,9 +320,11 @@ def _from_walls(
 
 @jit
 def _out_of(world: World, m: int, x: float, y: float) -> tuple[float, float, float]:
-    """The unit vector from the nearest point of the border of obstacle `m` to (x, y),
-    or from (x, y) to it inside, and the distance, negative inside. In the middle of a
-    disc, and on the border of a polygon, the vector is zero.
+    """Return the unit vector out of obstacle `m` at (x, y), and the distance.
+
+    Outside, the vector leads from the nearest point of the border to (x, y); inside,
+    from (x, y) to the border, and the distance is negative. In the middle of a disc,
+    and on the border of a polygon, the vector is zero.
     """
     return _out_of_shape(world.corners, world, m, x, y)
 
@@ -355,7 +360,7 @@ def _out_of_shape(
 def _from_obstacles(
     params: Params, world: World, x: float, y: float, vx: float, vy: float
 ) -> tuple[float, float]:
-    """What the shill agents of all obstacles add."""
+    """Return the velocity added by the shill agents of all obstacles."""
     ax, ay = 0.0, 0.0
     for m in range(world.obstacle_x.size):
         ux, uy, distance = _out_of(world, m, x, y)
@@ -369,11 +374,11 @@ def _from_obstacles(
 def _from_others(
     params: Params, others: Flock, own: Flock, i: int, work: Workspace, found: int
 ) -> tuple[float, float]:
-    """Repulsion and friction by the `found` drones in `work.near`.
+    """Return repulsion and friction by the `found` drones in `work.near`.
 
-    From each that is nearer than r0_rep it is p_rep (r0_rep - r) away. Where velocities
-    differ by more than m, the larger of v_frict and D(r - r0_frict, a_frict, p_frict),
-    it is C_frict (|v_j - v_i| - m) along v_j - v_i.
+    A neighbour nearer than r0_rep repels by p_rep (r0_rep - r). Let m be the larger of
+    v_frict and D(r - r0_frict, a_frict, p_frict). Where velocities differ by more than
+    m, friction adds C_frict (|v_j - v_i| - m) along v_j - v_i.
     """
     tolerance2 = params.friction_tolerance * params.friction_tolerance
     x, y = 0.0, 0.0
@@ -406,8 +411,10 @@ def _wanted(
     work: Workspace,
     found: int,
 ) -> tuple[float, float]:
-    """The velocity that drone `i` wants: its own direction at v_flock, repulsion,
-    friction and shill agents, at the length that `speed_limit` gives it.
+    """Return the commanded velocity of drone `i`.
+
+    It sums the drone's own direction at v_flock, repulsion, friction and shill agents.
+    `speed_limit` decides its length.
     """
     own_x, own_y, vx, vy = own.x[i], own.y[i], own.vx[i], own.vy[i]
     ux, uy = direction(vx, vy, 0.0, 0.0)
@@ -434,12 +441,33 @@ def advance(
     _rng: Generator,
     steps: int,
 ) -> bool:
-    """Advance `flock` by `steps` updates; return False after the first step that is not
-    finite.
+    """Advance `flock` by `steps` updates; return whether its state stays finite.
 
-    Each drone chooses its wanted velocity at the start, and whenever the control period
-    is over. Places move by the velocity from before the step, p += v dt. A border that
-    mirrors a velocity mirrors the wanted one too.
+    Each drone chooses its commanded velocity at the start, and whenever the control
+    period is over. Positions move by the velocity from before the step, p += v dt. A
+    border that mirrors a velocity mirrors the commanded one too.
+
+    Parameters
+    ----------
+    flock : Flock
+        Positions and velocities of N boids, arrays (N,); changed in place.
+    world : World
+        Size, borders, obstacles and goal.
+    params : Params
+        Parameters of the model, before robots differ.
+    work : Workspace
+        Grid, neighbour list, state rows and robot layers of the trial.
+    record : Record
+        Receives frames, counts and the number of steps done.
+    _rng : Generator
+        Not used: the model draws no random numbers.
+    steps : int
+        Number of updates of length `dt`.
+
+    Returns
+    -------
+    bool
+        False after the first update whose state is not finite.
     """
     sequential = params.update == SEQUENTIAL
     others, own = others_of(flock, work, sequential), own_of(flock, work)
@@ -484,7 +512,7 @@ EXACT = {
     "noise_form": "independent",
     "packet_loss": 0.0,
 }
-"""Nothing is random."""
+"""Parameters without any randomness."""
 
 MODEL = Model(
     name="vasarhelyi2018",

@@ -1,8 +1,8 @@
-"""Boids of one speed that take the average heading of those near them, with noise.
+"""Boids of one speed that adopt the mean heading of their neighbours, with noise.
 
 T. Vicsek, A. Czirok, E. Ben-Jacob, I. Cohen, O. Shochet (1995), Novel type of phase
 transition in a system of self-driven particles, Physical Review Letters 75, 1226-1229.
-The unit of length is the range of interaction, that of time is the step.
+The unit of length is the interaction range; the unit of time is the step.
 """
 
 import math
@@ -28,7 +28,7 @@ OLD_HEADING, NEW_HEADING = 0, 1
 
 
 class Params(NamedTuple):
-    """What the papers vary, and in what they differ."""
+    """Parameters that the papers vary, and choices in which they differ."""
 
     noise: Annotated[
         float,
@@ -129,7 +129,7 @@ Physica A 373, 445-454. The density is that of Vicsek et al. (1995).
 
 
 def sight(params: Params) -> Sight:
-    """All round, up to the range of interaction and at it, in units of that range."""
+    """Return a view all round, up to the interaction range inclusive."""
     return Sight(params.interaction_range, inclusive=True)
 
 
@@ -143,14 +143,14 @@ def _new_velocity(
     found: int,
     rng: Generator,
 ) -> tuple[float, float]:
-    """The velocity that boid `i` takes.
+    """Return the new velocity of boid `i`.
 
     With scalar noise it is Eq. (2) of Vicsek et al. (1995): the average heading and a
     random angle. With the vectorial noise of Gregoire and Chate (2004) it is along the
     sum of the n unit vectors of the headings and eta n e, where e is a random unit
-    vector. Where the sum is zero, the old heading stands for it. One number is drawn
-    for each boid and step, whatever the noise. Velocities are summed: where speeds
-    differ, as those of robots may, a faster boid counts for more.
+    vector. Where the sum is zero, the old heading is kept. One number is drawn per boid
+    and step, whatever the noise. Velocities are summed: where speeds differ, for
+    example of robots, a faster boid counts for more.
     """
     own_x, own_y = own.vx[i], own.vy[i]
     x, y, count = velocity_sum_from(own_x, own_y, others, work.near, found)
@@ -175,11 +175,33 @@ def advance(
     rng: Generator,
     steps: int,
 ) -> bool:
-    """Advance `flock` by `steps` updates; return False after the first step that is not
-    finite.
+    """Advance `flock` by `steps` updates; return whether its state stays finite.
 
     Eq. (1) of Vicsek et al. (1995), p += v dt: with the velocity from before the step,
-    as written there, or with the new one. Before the first step that is start_speed.
+    as in the paper, or with the new one. Before the first step the speed is
+    start_speed.
+
+    Parameters
+    ----------
+    flock : Flock
+        Positions and velocities of N boids, arrays (N,); changed in place.
+    world : World
+        Size, borders, obstacles and goal.
+    params : Params
+        Parameters of the model, before robots differ.
+    work : Workspace
+        Grid, neighbour list, state rows and robot layers of the trial.
+    record : Record
+        Receives frames, counts and the number of steps done.
+    rng : Generator
+        Source of the model's random numbers.
+    steps : int
+        Number of updates of length `dt`.
+
+    Returns
+    -------
+    bool
+        False after the first update whose state is not finite.
     """
     sequential = params.update == SEQUENTIAL
     moves_with_new = params.moves_with == NEW_HEADING

@@ -2,7 +2,6 @@
 
 import inspect
 import logging
-import re
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache, wraps
 from inspect import Parameter
@@ -13,6 +12,7 @@ import typer
 
 from sweep.cli.app import Json, Results, StudyName, app, one_format
 from sweep.method import Method, may_have_others, methods
+from sweep.text import description_of
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -26,8 +26,6 @@ Latex = Annotated[
     bool, typer.Option("--latex", help="Print the table for LaTeX, with booktabs.")
 ]
 FORMATS = {"csv": Csv, "json": Json, "latex": Latex}
-SECTION = re.compile(r"\n\n[A-Z][\w ]*\n-{3,}\n")
-"""The beginning of a section of a docstring, such as Parameters."""
 
 Where = Annotated[
     list[str] | None,
@@ -82,13 +80,8 @@ def report_command(make: Make, parameters: Sequence[Parameter] = ()) -> Make:
     # typer reads both, and cannot know a type that is not imported.
     vars(command)["__signature__"] = inspect.Signature(shown)
     command.__annotations__ = {option.name: option.annotation for option in shown}
-    app.command(help=help_of(make))(command)
+    app.command(help=description_of(make))(command)
     return make
-
-
-def help_of(make: Make) -> str:
-    """Return the docstring of a function up to its first section."""
-    return SECTION.split(inspect.getdoc(make) or "", maxsplit=1)[0]
 
 
 def enter_reports(entries: Iterable[Method]) -> None:

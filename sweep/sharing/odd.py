@@ -7,7 +7,6 @@ gap, "not stated", and listed at the end, so that an author can fill it in.
 """
 
 import inspect
-import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -25,6 +24,7 @@ from sweep.spec.keys import keys_of
 from sweep.spec.settings import Setting, Value, settings_of, spelled
 from sweep.spec.study import Streams, Study
 from sweep.tables.stored_study import StoredStudy
+from sweep.text import description_of
 
 MOST_VALUES = 8
 """Most values of a parameter that are listed; more numbers are written as a range."""
@@ -43,8 +43,6 @@ GROUPS = {
 STREAMS = keys_of(Streams)
 SEARCHED = "searched"
 """Text that replaces the value of a parameter that a search varies."""
-SECTION = re.compile(r"\n\n[A-Z][\w ]*\n-{3,}\n")
-"""The beginning of a section of a docstring, such as Parameters."""
 
 
 @dataclass(frozen=True)
@@ -609,9 +607,8 @@ def _plain(function: Any) -> Any:
 
 
 def _text(function: Any) -> str | None:
-    """Return the docstring of a function up to its first section, None without one."""
-    text = inspect.getdoc(_plain(function)) or ""
-    return SECTION.split(text, maxsplit=1)[0] or None
+    """Return the description of a function, None without one."""
+    return description_of(_plain(function)) or None
 
 
 def _first(text: str | None) -> str:

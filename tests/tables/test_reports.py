@@ -9,8 +9,9 @@ import pandas as pd
 import pytest
 
 from sweep.cli.app import app
-from sweep.cli.reporting import FORMATS, help_of, print_report
+from sweep.cli.reporting import FORMATS, print_report
 from sweep.tables.reports import LATEX_SIGNS, Report, TextTable
+from sweep.text import description_of
 from tests.commands import sweep
 from tests.studies import SMALL, launched
 
@@ -128,4 +129,4 @@ def test_the_help_of_a_report_ends_before_the_sections_of_its_docstring() -> Non
         """
         raise NotImplementedError
 
-    assert help_of(spread) == "Print the spread of a metric.\n\nIt is a range."
+    assert description_of(spread) == "Print the spread of a metric.\n\nIt is a range."

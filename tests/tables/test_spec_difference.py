@@ -127,7 +127,7 @@ def test_a_study_that_stops_by_itself_is_counted_at_its_most() -> None:
 
 def test_what_a_search_would_add_is_not_known(tmp_path: Path) -> None:
     with pytest.raises(
-        SpecError, match=r"spec\.yaml:\d+: a search asks for its trials as it goes"
+        SpecError, match=r"spec\.yaml:\d+: \"search\" asks for its trials as it goes"
     ):
         compare(spec(), parse_spec(TINY), tmp_path)
 
