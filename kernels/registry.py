@@ -30,7 +30,7 @@ class Registry(MutableMapping[str, T]):
     `group` is the group of entry points. `origins` has for each name of another package
     the distribution that it comes from. `refused` has for each entry that cannot be
     used the reason. `flaw` returns in words why an entry of another package cannot be
-    used, or "". `made` returns the entry of a name that follows from other names, or
+    used, or "". `derive` returns the entry of a name that follows from other names, or
     None: such names are not listed.
     """
 
@@ -40,13 +40,13 @@ class Registry(MutableMapping[str, T]):
         kind: type[T],
         own: Mapping[str, T],
         flaw: Callable[[T], str] = lambda _entry: "",
-        made: Callable[[str], T | None] = lambda _name: None,
+        derive: Callable[[str], T | None] = lambda _name: None,
     ) -> None:
         self.group = group
         self.kind = kind
         self._own = dict(own)
         self.flaw = flaw
-        self._made = made
+        self._derive = derive
         self._others: dict[str, T] | None = None
         self.origins: dict[str, str] = {}
         self.refused: dict[str, str] = {}
@@ -56,13 +56,13 @@ class Registry(MutableMapping[str, T]):
             return self._own[name]
         if name in self._installed():
             return self._installed()[name]
-        if (entry := self._made(name)) is None:
+        if (entry := self._derive(name)) is None:
             raise KeyError(name)
         return entry
 
     def __contains__(self, name: object) -> bool:
         listed = name in self._own or name in self._installed()
-        return listed or (isinstance(name, str) and self._made(name) is not None)
+        return listed or (isinstance(name, str) and self._derive(name) is not None)
 
     def __iter__(self) -> Iterator[str]:
         yield from list(self._own)
