@@ -1,4 +1,4 @@
-"""Room for the neighbours of one boid, and who counts as one."""
+"""Storage for the neighbours of one boid, and the rule of who counts as one."""
 
 import math
 from typing import NamedTuple
@@ -12,8 +12,11 @@ from kernels.state import Floats, Indices
 
 
 class Topology(NamedTuple):
-    """`kind` is METRIC, NEAREST or VORONOI, and `nearest` how many count of the second.
-    A search looks first up to the distance `around`, which is infinite with METRIC.
+    """Rule of which boids in sight count as neighbours.
+
+    `kind` is METRIC, NEAREST or VORONOI. `nearest` is the number of boids that count
+    with NEAREST. A search looks first up to the distance `around`, which is infinite
+    with METRIC.
     """
 
     kind: int
@@ -22,16 +25,19 @@ class Topology(NamedTuple):
 
 
 EVERYBODY = Topology(METRIC, 1, math.inf)
+"""Topology in which every boid in sight counts."""
 
 
 class Near(NamedTuple):
-    """Room for the neighbours of one boid: who, displacement to it and its square;
-    arrays of shape (N + PIECE,).
+    """Storage for the neighbours of one boid: arrays of shape (N + PIECE,).
 
-    `factor`, of the same shape, is room for a number that a rule computes of each.
-    `mark` says of everyone whether it is one; it has whole words of marks, at least N.
-    `topology` says who counts of those in sight. `senses` say who is heard of; None
-    where these are all.
+    `boid` holds the indices of the neighbours, `dx` and `dy` the displacements to the
+    neighbours, `distance2` the squares of these displacements. `factor` has room for
+    one number per neighbour, which a rule computes.
+
+    `mark` tells of every boid whether the boid is a neighbour. Its size is a multiple
+    of WORD and at least N. `topology` is the rule of who counts of those in sight.
+    `senses` decide of whom the boid hears; None if it hears of all.
     """
 
     boid: Indices
@@ -47,7 +53,21 @@ class Near(NamedTuple):
 def build_near(
     n: int, topology: Topology = EVERYBODY, senses: Senses | None = None
 ) -> Near:
-    """Room for the neighbours of one of `n` boids."""
+    """Return storage for the neighbours of one boid of a flock.
+
+    Parameters
+    ----------
+    n : int
+        Number of boids N in the flock.
+    topology : Topology, default EVERYBODY
+        Rule of which boids in sight count.
+    senses : Senses, optional
+        Senses of the flock; by default a boid hears of all in sight.
+
+    Returns
+    -------
+    Near
+    """
     who = np.zeros(n + PIECE, np.uint32)
     dx, dy, distance2, factor = np.zeros((4, n + PIECE))
     return Near(who, dx, dy, distance2, factor, build_marks(n), topology, senses)

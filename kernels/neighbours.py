@@ -1,15 +1,15 @@
-"""Who sees whom: range and field of view, through a cell grid that is exact under
-sequential updates.
+"""Search of neighbours by range and field of view, through a grid of cells.
 
-The plane is folded onto a torus of cells, which are at least as large as the range.
-Every cell lists the boids of its 3 x 3 block in ascending order. So a search reads one
-list, and sums over neighbours have the same bits with any grid. A move into another
-cell changes at most nine lists of each. If that list is long, a search looks at
-everyone instead. Both ways find the same neighbours in the same order.
+The grid is exact under sequential updates. The plane is folded onto a torus of cells,
+which are at least as large as the range. Every cell lists the boids of its 3 x 3 block
+in ascending order. So a search reads one list, and sums over neighbours are bitwise
+identical with any grid. A move into another cell changes at most nine lists of each of
+the two cells. If a list is long, a search looks at everyone instead. Both ways find the
+same neighbours in the same order.
 
-A list begins in a block of its own, and goes on in others that are taken from a store.
-So there is room wherever boids gather, and most lists of a large flock are one line of
-the processor's cache.
+A list begins in a block of its own, and continues in others that are taken from a
+store. So there is room wherever boids gather, and most lists of a large flock are one
+line of the cache of the processor.
 """
 
 import math
@@ -37,29 +37,40 @@ from kernels.topology import UNSETTLED, select
 from kernels.torus import nearest_image
 
 FAR = 9
+"""Offset between blocks that share no cell."""
 ALL_ROUND = -4.0
+"""Bound of a cone that holds all directions: below -1, the cosine times its size."""
 ROOM, SMALL_FLOCK = 15, 256
-"""With the length of the list, a block with this room is 64 bytes."""
+"""Boids per block, and the largest flock whose blocks hold all boids.
+
+With the length of the list, a block of ROOM boids is 64 bytes.
+"""
 AHEAD = 8
-"""So many boids before its search, the memory that it will read is asked for."""
+"""Number of boids before a search at which its memory is prefetched."""
 CROWDED = 4
-"""A list of more than N / CROWDED boids takes longer to read than everyone: the
-processor looks at several boids of everyone at once. Where the mean list is so long,
-there are none.
+"""Divisor of N for the longest list that is read.
+
+A list of more than N / CROWDED boids takes longer to read than everyone: the processor
+looks at several boids of everyone at once. Where the mean list is so long, there are no
+lists.
 """
 
 
 class Grid(NamedTuple):
-    """C = columns x rows cells for N boids.
+    """Lists of boids in C = columns x rows cells, for N boids.
 
-    `blocks` (B, 1 + room) hold the lists. That of cell c begins in block c, whose first
-    place has the length of the list; the others hold boids. `following` (B,) says in
-    which block a list goes on that fills one. Blocks that no list needs are a chain of
-    their own, which begins with `spare` (1,). `column` and `row` (N,) say in which cell
-    a boid is. Lists of more than `longest` are not read; with `everyone` there are no
-    lists. `ahead` says how many boids ahead memory is asked for, 0 for none.
-    `published` says that the grid has boids where others know them, which only
-    `move_published` changes. Indices are unsigned, which numba reads faster.
+    `columns_per_length` and `rows_per_length` are cells per unit of length.
+
+    `blocks` (B, 1 + room) hold the lists. The list of cell c begins in block c, whose
+    first element is the length of the list; the other elements are boids. `following`
+    (B,) holds the block in which a list continues that fills one. Blocks that no list
+    needs are a chain of their own, which begins with `spare` (1,).
+
+    `column` and `row` (N,) hold the cell of each boid. Lists of more than `longest`
+    boids are not read; with `everyone` there are no lists. `ahead` is the number of
+    boids ahead for which memory is prefetched; None for none. A `published` grid has
+    boids where other boids know them, and only `move_published` changes it. Indices are
+    unsigned, which numba reads faster.
     """
 
     columns: int
@@ -78,8 +89,11 @@ class Grid(NamedTuple):
 
 
 class Gaze(NamedTuple):
-    """What one boid can see: the square of its range, the bound of its cone times
-    |h|^2, the vector h ahead, and where it is.
+    """View of one boid: range, cone and position.
+
+    `range2` is the square of the range. `bound` is the bound of `cone` times |h|^2. The
+    vector h = (`ahead_x`, `ahead_y`) points ahead, and (`x`, `y`) is the position of
+    the boid.
     """
 
     range2: float
@@ -91,15 +105,15 @@ class Gaze(NamedTuple):
 
 
 def all_pairs(n: int) -> Grid:
-    """The grid without lists: every search reads everyone."""
+    """Return a grid without lists for `n` boids: every search reads everyone."""
     return Grid(1, 1, 0.0, 0.0, n, True, None, False, *_lists(1, 1, n))
 
 
 def _lists(cells: int, room: int, n: int) -> tuple[Indices, ...]:
-    """Empty lists for so many cells, and the cells of `n` boids.
+    """Return empty lists for a number of cells, and the cells of `n` boids.
 
-    A boid is in nine lists. All blocks of a list but the last are full, so that there
-    are enough.
+    A boid is in nine lists. All blocks of a list but the last are full, so the blocks
+    suffice.
     """
     blocks = cells + 9 * n // room
     return (
@@ -118,14 +132,29 @@ def build_grid(
     room: int = 0,
     published: bool = False,
 ) -> Grid:
-    """The grid of `flock` for searches up to `search_range`; all-pairs where a grid
-    would not pay.
+    """Return the grid of a flock, or one without lists where lists would not pay.
 
-    Cells tile the world, so that the fold is the torus where positions wrap. There are
-    at most about 4 N of them. A block has room for `room` boids; if that is 0, for all
-    of a small flock, for twice the mean of a large one. With a `room` there are lists
-    also where most are too long to be read. `published` says whether the places of
-    `flock` are those that boids know of each other.
+    Cells tile the world. So the fold is the torus where positions wrap. There are at
+    most about 4 N cells.
+
+    Parameters
+    ----------
+    flock : Flock
+        N boids, which are entered into the grid.
+    world : World
+        World of the flock.
+    search_range : float
+        Largest distance at which neighbours are searched, in the unit of length.
+    room : int, default 0
+        Boids per block. With 0 a block has room for all of a small flock, and for twice
+        the mean list of a large one, at least ROOM. With another number there are lists
+        also where most are too long to be read.
+    published : bool, default False
+        True if `flock` has the positions that boids know of each other.
+
+    Returns
+    -------
+    Grid
     """
     n = flock.x.size
     columns, rows = _shape(world, search_range, 4 * n + 16)
@@ -150,8 +179,10 @@ def build_grid(
 
 
 def _shape(world: World, search_range: float, most: int) -> tuple[int, int]:
-    """Columns and rows: 1, or at least 3 so that a block holds no cell twice. Cells are
-    a little larger than the range.
+    """Return the numbers of columns and rows, with at most about `most` cells.
+
+    Each is 1, or at least 3 so that a block holds no cell twice. Cells are a little
+    larger than the range.
     """
     cell = max(search_range * (1 + 1e-6), 1e-9)
     columns, rows = world.width / cell, world.height / cell
@@ -162,7 +193,8 @@ def _shape(world: World, search_range: float, most: int) -> tuple[int, int]:
 
 @jit
 def _index(position: float, per_length: float, n: int) -> int:
-    """The column or row of a coordinate on the folded plane;
+    """Return the column or row of a coordinate on the folded plane.
+
     `position` must be finite.
     """
     k = math.floor(position * per_length)
@@ -171,7 +203,7 @@ def _index(position: float, per_length: float, n: int) -> int:
 
 @jit
 def fill(grid: Grid, flock: Flock) -> None:
-    """Enter every boid of `flock` into an emptied `grid`."""
+    """Enter every boid of a flock into an emptied grid."""
     cells = grid.columns * grid.rows
     for cell in range(cells):
         grid.blocks[cell, 0] = 0
@@ -194,10 +226,10 @@ def _change_block(
     i: int,
     enter: bool,
 ) -> None:
-    """Enter boid `i` into the lists of the block about a cell, or remove it from them.
+    """Enter boid `i` into the lists of the block about a cell, or remove it.
 
-    Cells that are also in the block `columns_off` to the right and `rows_off` above are
-    left as they are.
+    Cells that are also in the block `columns_off` to the right and `rows_off` above
+    stay as they are.
     """
     across = min(1, grid.columns - 1)
     along = min(1, grid.rows - 1)
@@ -213,7 +245,7 @@ def _change_block(
 
 @jit
 def _fold(k: int, n: int) -> int:
-    """The index `k`, at most n off, back in 0..n-1."""
+    """Return the index `k`, at most n off, within 0..n-1."""
     if k < 0:
         return k + n
     return k - n if k >= n else k
@@ -221,8 +253,9 @@ def _fold(k: int, n: int) -> int:
 
 @jit
 def _offset(k: int, n: int) -> int:
-    """The difference `k` of two indices on a circle of `n`: -1, 0 or 1 for neighbours,
-    else FAR.
+    """Return the difference of two indices on a circle of `n`, FAR unless neighbours.
+
+    The difference of neighbours and of equal indices is -1, 0 or 1.
     """
     if abs(k) <= 1:
         return k
@@ -233,8 +266,9 @@ def _offset(k: int, n: int) -> int:
 
 @jit
 def _insert(grid: Grid, cell: int, i: int) -> None:
-    """Enter boid `i` into the list of a cell: what no longer fits into a block is
-    carried into the next one.
+    """Enter boid `i` into the list of a cell.
+
+    The boid that no longer fits into a block is carried into the next block.
     """
     room = grid.blocks.shape[1] - 1
     block, left, carried = cell, int(grid.blocks[cell, 0]), i
@@ -253,7 +287,10 @@ def _insert(grid: Grid, cell: int, i: int) -> None:
 
 @jit
 def _put(grid: Grid, block: int, k: int, i: int) -> None:
-    """Put boid `i` in its place among the first `k` of a block; the last is lost."""
+    """Insert boid `i` in order among the first `k` elements of a block.
+
+    The last of the `k` elements is lost.
+    """
     while k > 1 and grid.blocks[block, k - 1] > i:
         grid.blocks[block, k] = grid.blocks[block, k - 1]
         k -= 1
@@ -262,7 +299,7 @@ def _put(grid: Grid, block: int, k: int, i: int) -> None:
 
 @jit
 def _lengthen(grid: Grid, block: int) -> None:
-    """Let a spare block follow `block`."""
+    """Append a spare block to `block`."""
     new = int(grid.spare[0])
     grid.spare[0] = grid.following[new]
     grid.following[block] = new
@@ -270,8 +307,10 @@ def _lengthen(grid: Grid, block: int) -> None:
 
 @jit
 def _remove(grid: Grid, cell: int, i: int) -> None:
-    """Remove boid `i` from the list of a cell: each block gets the first boid of the
-    next one.
+    """Remove boid `i` from the list of a cell.
+
+    Each block gets the first boid of the next one. An emptied block becomes a spare
+    one.
     """
     room = grid.blocks.shape[1] - 1
     block, left, k = cell, int(grid.blocks[cell, 0]), 1
@@ -295,7 +334,7 @@ def _remove(grid: Grid, cell: int, i: int) -> None:
 
 @jit
 def _close(grid: Grid, block: int, k: int, last: int) -> None:
-    """Fill place `k` of a block with what stands after it, up to `last`."""
+    """Shift the elements of a block after `k` by one towards `k`, up to `last`."""
     while k < last:
         grid.blocks[block, k] = grid.blocks[block, k + 1]
         k += 1
@@ -303,8 +342,19 @@ def _close(grid: Grid, block: int, k: int, last: int) -> None:
 
 @jit
 def move(grid: Grid, i: int, x: float, y: float) -> None:
-    """Tell `grid` that boid `i` is now at (x, y). Positions that are not finite are
-    left to the end of the step.
+    """Enter a boid at its new position.
+
+    Grids that are published or have no lists stay as they are. A position that is not
+    finite is ignored, since the run ends after the step.
+
+    Parameters
+    ----------
+    grid : Grid
+        Grid of the flock.
+    i : int
+        Index of the boid.
+    x, y : float
+        New position, in the unit of length of the model.
     """
     if not (grid.everyone or grid.published):
         _move(grid, i, x, y)
@@ -330,14 +380,20 @@ def _move(grid: Grid, i: int, x: float, y: float) -> None:
 
 @jit
 def move_all(grid: Grid, flock: Flock) -> None:
-    """Tell `grid` where all boids are now, in index order."""
+    """Enter all boids at their positions, in index order.
+
+    Grids that are published or have no lists stay as they are.
+    """
     if not (grid.everyone or grid.published):
         _move_all(grid, flock)
 
 
 @jit
 def move_published(grid: Grid, others: Flock) -> None:
-    """Tell a `published` grid where boids know all others to be now."""
+    """Enter all boids of a published grid where other boids know them to be.
+
+    Other grids stay as they are.
+    """
     if grid.published:
         _move_all(grid, others)
 
@@ -353,7 +409,7 @@ def _move_all(grid: Grid, flock: Flock) -> None:
 
 @jit
 def _fetch_crossing(grid: Grid, i: int, x: float, y: float) -> None:
-    """Ask for the lists that boid `i` will change by its move to (x, y)."""
+    """Prefetch the lists that boid `i` will change by its move to (x, y)."""
     if math.isfinite(x + y):
         column = _index(x, grid.columns_per_length, grid.columns)
         row = _index(y, grid.rows_per_length, grid.rows)
@@ -364,7 +420,7 @@ def _fetch_crossing(grid: Grid, i: int, x: float, y: float) -> None:
 
 @jit
 def _fetch_block(grid: Grid, column: int, row: int) -> None:
-    """Ask for the lists of the block about a cell, before they are changed."""
+    """Prefetch the lists of the block about a cell, before they are changed."""
     for r in range(-1, 2):
         first = _fold(row + r, grid.rows) * grid.columns
         for c in range(-1, 2):
@@ -373,8 +429,9 @@ def _fetch_block(grid: Grid, column: int, row: int) -> None:
 
 @jit
 def square_range(length: float, inclusive: bool) -> float:
-    """The bound b for squared distances: `distance2 < b` means nearer than `length`, or
-    with `inclusive` at most at `length`.
+    """Return the bound b of squared distances, so that `distance2 < b` means in range.
+
+    In range is nearer than `length`, or with `inclusive` at most at `length`.
     """
     square = length * length
     return np.nextafter(square, np.inf) if inclusive else square
@@ -382,8 +439,9 @@ def square_range(length: float, inclusive: bool) -> float:
 
 @jit
 def cone(fov: float) -> float:
-    """The bound of `search` for a full field of view of `fov` degrees; 360 degrees and
-    more see everything.
+    """Return the bound of `search` for a full field of view of `fov` degrees.
+
+    A field of 360 degrees and more holds all directions.
     """
     cosine = cos(math.radians(0.5 * fov))
     return ALL_ROUND if fov >= 360.0 else cosine * abs(cosine)
@@ -401,14 +459,38 @@ def search(
     ahead_y: float,
     near: Near,
 ) -> int:
-    """Find the neighbours of boid `i` in ascending order, fill `near` and return how
-    many there are.
+    """Find the neighbours of a boid in ascending order; return their number.
 
-    In sight are those nearer than the square root of `range2` and within the `cone`
-    about the vector h = (ahead_x, ahead_y): with the cosine s/(|d||h|) of the angle,
-    s|s| >= view |d|^2 |h|^2. Where h is zero, a boid sees all round. Neighbours are
-    those of them of whom it hears by the senses of `near`, and who count by its
-    topology.
+    In sight are the boids nearer than the square root of `range2` and within the cone
+    about the vector h = (ahead_x, ahead_y). With d the displacement and s the product
+    d.h, s / (|d||h|) is the cosine of the angle, and the cone is s|s| >= view |d|^2
+    |h|^2. If h is zero, a boid sees all round. Neighbours are the boids in sight of
+    whom it hears by the senses of `near`, and who count by its topology.
+
+    Parameters
+    ----------
+    seen : Flock
+        Positions that boids know of each other.
+    world : World
+        World of the flock.
+    grid : Grid
+        Grid of `seen`; its search range is at least the range, or the distance `around`
+        of the topology if that is less.
+    i : int
+        Index of the boid that searches.
+    range2 : float
+        Bound of squared distances; see `square_range`.
+    view : float
+        Bound of the field of view; see `cone`.
+    ahead_x, ahead_y : float
+        Vector h ahead of the boid, of any length.
+    near : Near
+        Storage for the neighbours, which is overwritten.
+
+    Returns
+    -------
+    int
+        Number of neighbours, which are the first elements of the arrays of `near`.
     """
     bound = view * (ahead_x * ahead_x + ahead_y * ahead_y)
     around = near.topology.around
@@ -430,7 +512,7 @@ def search(
 
 @jit
 def _own_place(senses: Senses | None, seen: Flock, i: int) -> tuple[float, float]:
-    """Where boid `i` knows itself to be."""
+    """Return the position at which boid `i` knows itself to be."""
     if senses is None:
         return seen.x[i], seen.y[i]
     return senses.own.x[i], senses.own.y[i]
@@ -438,7 +520,7 @@ def _own_place(senses: Senses | None, seen: Flock, i: int) -> tuple[float, float
 
 @jit
 def _own_cell(senses: Senses | None, grid: Grid, i: int, gaze: Gaze) -> Any:
-    """The cell in which boid `i` knows itself to be."""
+    """Return the cell in which boid `i` knows itself to be."""
     if senses is None:
         return grid.row[i] * grid.columns + grid.column[i]
     row = _index(gaze.y, grid.rows_per_length, grid.rows)
@@ -449,8 +531,9 @@ def _own_cell(senses: Senses | None, grid: Grid, i: int, gaze: Gaze) -> Any:
 def _search_in_sight(
     seen: Flock, world: World, grid: Grid, i: int, gaze: Gaze, near: Near
 ) -> int:
-    """All in sight of boid `i`, in ascending order; the range of `gaze` is at most that
-    of `grid`.
+    """Find all boids in sight of boid `i`, in ascending order; return their number.
+
+    The range of `gaze` is at most that of `grid`.
     """
     cell = _own_cell(near.senses, grid, i, gaze)
     if grid.everyone or grid.blocks[cell, 0] > grid.longest:
@@ -467,7 +550,7 @@ def _search_in_sight(
 def _search_blocks(
     seen: Flock, world: World, i: int, grid: Grid, cell: int, gaze: Gaze, near: Near
 ) -> int:
-    """`search` in a list of more than one block."""
+    """Do `search` in a list of more than one block."""
     left, room = int(grid.blocks[cell, 0]), grid.blocks.shape[1] - 1
     block, found = int(cell), 0
     while left > 0:
@@ -490,8 +573,9 @@ def _look_at_block(
     near: Near,
     found: int,
 ) -> int:
-    """Add the neighbours of boid `i` among the first `length` in a block to the `found`
-    ones in `near`; return how many they are then.
+    """Append the boids in sight among the first `length` of a block to `near`.
+
+    `found` is the number of boids in `near` before. Return their number afterwards.
     """
     for k in range(length):
         j = grid.blocks[block, k + unsigned(1)]
@@ -507,8 +591,9 @@ def _look_at_block(
 
 @jit
 def _fetch_ahead(seen: Flock, grid: Grid, i: int) -> None:
-    """Ask for what the searches of boids after `i` will read: first the list, and when
-    it is there, the boids in its first block.
+    """Prefetch the memory that the searches of boids after `i` will read.
+
+    The list is first; once it is loaded, the boids in its first block follow.
     """
     n = grid.row.size
     k = min(i + 2 * AHEAD, n - 1)
@@ -523,8 +608,10 @@ def _fetch_ahead(seen: Flock, grid: Grid, i: int) -> None:
 
 @jit
 def _search_everyone(seen: Flock, world: World, i: int, gaze: Gaze, near: Near) -> int:
-    """`search` among everyone. The first pass runs on several boids at once, the second
-    reads a word of marks at a time, and only those that are set.
+    """Do `search` among all boids.
+
+    The first pass runs on several boids at once. The second reads a word of marks at a
+    time, and only the marks that are set.
     """
     n, found = unsigned(seen.x.size), unsigned(0)
     for j in range(n):
@@ -547,8 +634,9 @@ def _search_everyone(seen: Flock, world: World, i: int, gaze: Gaze, near: Near) 
 def _look(
     seen: Flock, world: World, j: int, gaze: Gaze
 ) -> tuple[float, float, float, bool]:
-    """The displacement from where a boid looks to boid `j`, its square, and whether `j`
-    is in range and in view.
+    """Return the displacement to boid `j`, its square, and whether `j` is in sight.
+
+    The displacement begins at the position of `gaze`.
     """
     dx, dy = seen.x[j] - gaze.x, seen.y[j] - gaze.y
     if world.minimum_image:

@@ -1,6 +1,4 @@
-"""Occupancy grids, as robots keep them: which cells of the world are within a distance
-of an obstacle.
-"""
+"""Occupancy grids as robots keep them: the cells near an obstacle."""
 
 import math
 from typing import NamedTuple
@@ -15,8 +13,10 @@ from kernels.worlds import obstacle_distance
 
 
 class Occupancy(NamedTuple):
-    """`taken` (rows, columns) says which cells are taken. Everything outside the grid
-    counts as taken too.
+    """Grid of occupied cells.
+
+    `taken` (rows, columns) is True for occupied cells. All places outside the grid
+    count as taken too. `per_length` is the number of cells per unit of length.
     """
 
     taken: NDArray[np.bool_]
@@ -24,15 +24,19 @@ class Occupancy(NamedTuple):
 
 
 def no_occupancy() -> Occupancy:
-    """The empty grid of a model that uses none."""
+    """Return the empty grid of a model that uses none."""
     return Occupancy(np.zeros((0, 0), np.bool_), 0.0)
 
 
 def build_occupancy(world: World, settings: OccupancySettings) -> Occupancy:
-    """The grid of `world`: a cell is taken if its centre is nearer than
-    `settings.inflation` to an obstacle.
+    """Return the occupancy grid of a world.
 
-    Raises ValueError where it would have more than MOST_CELLS cells.
+    A cell is taken if its centre is nearer than `settings.inflation` to an obstacle.
+
+    Raises
+    ------
+    ValueError
+        If the grid would have more than MOST_CELLS cells.
     """
     rows, columns = (
         math.ceil(world.height / settings.cell),
@@ -52,8 +56,9 @@ def build_occupancy(world: World, settings: OccupancySettings) -> Occupancy:
 def _take(
     world: World, cell: float, inflation: float, taken: NDArray[np.bool_]
 ) -> None:
-    """Mark the cells near every obstacle as taken. Only the cells in the square about
-    the obstacle are looked at.
+    """Mark the cells near every obstacle as taken.
+
+    The loops visit only the cells in the rectangle about each obstacle.
     """
     rows, columns = taken.shape
     for m in range(world.obstacle_x.size):
@@ -76,7 +81,15 @@ def _take(
 
 @jit
 def is_taken(occupancy: Occupancy, x: float, y: float) -> bool:
-    """Whether the cell at (x, y) is taken; True outside the grid."""
+    """Return whether the cell at a point is taken; True outside the grid.
+
+    Parameters
+    ----------
+    occupancy : Occupancy
+        Grid of the world.
+    x, y : float
+        Point, in the unit of length of the model.
+    """
     column, row = x * occupancy.per_length, y * occupancy.per_length
     rows, columns = occupancy.taken.shape
     return bool(

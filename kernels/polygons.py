@@ -1,6 +1,6 @@
-"""Polygons: the nearest point of their border, what lies inside, what is behind them.
+"""Polygons: the nearest point of their border, their inside, and what they hide.
 
-All of it is exact but for rounding, for any polygon whose sides do not cross.
+All results are exact up to rounding, for any polygon whose sides do not cross.
 """
 
 import math
@@ -11,7 +11,7 @@ from kernels.state import Corners
 
 @jit
 def is_polygon(corners: Corners, m: int) -> bool:
-    """Whether obstacle `m` is a polygon."""
+    """Return whether obstacle `m` is a polygon."""
     return bool(corners.first[m + 1] > corners.first[m])
 
 
@@ -19,13 +19,30 @@ def is_polygon(corners: Corners, m: int) -> bool:
 def from_border(
     corners: Corners, m: int, x: float, y: float
 ) -> tuple[float, float, bool]:
-    """The vector from the nearest point of the border of polygon `m` to (x, y), and
-    whether (x, y) is strictly within what is solid.
+    """Return the vector from a border to a point, and whether the point is solid.
 
-    A ray along x crosses the border an odd number of times from inside (Shimrat 1962,
-    Algorithm 112: position of point relative to polygon, Communications of the ACM 5,
-    434). At a side the vector is a multiple of its normal, so that it is exactly zero
-    on sides along x or y.
+    The vector begins at the nearest point of the border. A ray along x crosses the
+    border an odd number of times from inside (Shimrat 1962, Algorithm 112: position of
+    point relative to polygon, Communications of the ACM 5, 434). At a side the vector
+    is a multiple of the normal of the side. So the vector is exactly zero on sides
+    along x or y.
+
+    Parameters
+    ----------
+    corners : Corners
+        Vertices of all polygons.
+    m : int
+        Index of an obstacle that is a polygon.
+    x, y : float
+        Point, in the unit of length of the model.
+
+    Returns
+    -------
+    from_x, from_y : float
+        Vector from the nearest point of the border to (x, y).
+    solid : bool
+        True if (x, y) is strictly within the solid side: inside a polygon, or outside
+        an arena.
     """
     first, end = corners.first[m], corners.first[m + 1]
     ax, ay = corners.x[end - 1], corners.y[end - 1]
@@ -52,10 +69,21 @@ def from_border(
 def meets_polygon(
     corners: Corners, m: int, x: float, y: float, dx: float, dy: float
 ) -> bool:
-    """Whether the way (dx, dy) from (x, y) leads through what is solid of polygon `m`.
+    """Return whether a straight way leads through the solid side of a polygon.
 
-    The border cuts the way into pieces, each of which lies on one side: the middle of
-    a piece says on which.
+    The border cuts the way into pieces. Each piece is on one side, so its middle tells
+    on which.
+
+    Parameters
+    ----------
+    corners : Corners
+        Vertices of all polygons.
+    m : int
+        Index of an obstacle that is a polygon.
+    x, y : float
+        Beginning of the way, in the unit of length of the model.
+    dx, dy : float
+        Displacement from the beginning to the end of the way.
     """
     start = 0.0
     while start < 1.0:
@@ -78,7 +106,10 @@ def _next_cut(
     dy: float,
     start: float,
 ) -> float:
-    """The least part above `start` of the way at which it meets a side; 1 if none."""
+    """Return the least fraction of the way above `start` at which it meets a side.
+
+    The result is 1 if the way meets no further side.
+    """
     first, end = corners.first[m], corners.first[m + 1]
     ax, ay = corners.x[end - 1], corners.y[end - 1]
     found = 1.0

@@ -1,4 +1,4 @@
-"""What a run remembers: snapshots of the flock, running counts, visited pixels."""
+"""Records of a run: snapshots of the flock, running counts, visited pixels."""
 
 import math
 from typing import NamedTuple
@@ -22,20 +22,24 @@ from kernels.state import Floats, Flock, World
 from kernels.workspace import Workspace
 
 COVERED, VISITS, SQUARED_VISITS = 0, 1, 2
+"""Columns of the counts of Frames, which are the sums of Coverage."""
 FIRST_EVENT = N_SUMS
+"""First column of the events of Watch in the counts of Frames."""
 N_COUNTS = FIRST_EVENT + N_EVENTS
 STEP, FILLED = 0, 1
+"""Elements of the progress of Record: steps done, and frames filled."""
 FIRST_STATE = len(Flock._fields)
+"""First row of the state of the model in the bodies of Frames."""
 
 
 class Frames(NamedTuple):
-    """Up to F snapshots: `bodies` (F, 6 + S, N), the fields of Flock in their order and
-    from FIRST_STATE on the rows of the model's state, `counts` (F, N_COUNTS), `step`
-    (F,), `integrals` (F, N_INTEGRALS).
+    """Storage for up to F snapshots.
 
-    The counts are the sums of Coverage and, from FIRST_EVENT on, the events of Watch,
-    whose integrals are the others.
-    Where no metric looks at the bodies, `bodies` has no room for them: (F, 6 + S, 0).
+    `bodies` (F, 6 + S, N) holds the fields of Flock in their order, and from
+    FIRST_STATE on the S rows of the state of the model. It has the shape (F, 6 + S, 0)
+    where no metric reads the bodies. `counts` (F, N_COUNTS) holds the sums of Coverage,
+    and from FIRST_EVENT on the events of Watch. `step` (F,) holds the number of steps
+    done, and `integrals` (F, N_INTEGRALS) those of Watch.
     """
 
     bodies: NDArray[np.float64]
@@ -45,11 +49,11 @@ class Frames(NamedTuple):
 
 
 class Record(NamedTuple):
-    """What to remember, and how far the run is.
+    """Selection of what to record, and the progress of the run.
 
     `progress` (2,) holds the steps done and the frames filled. A frame is kept every
-    `every` steps and at the step `last`. `state` and `state_before` are those of the
-    Workspace.
+    `every` steps and at the step `last`. With `covering` visits of pixels are counted.
+    `state` and `state_before` are those of the Workspace.
     """
 
     frames: Frames
@@ -64,7 +68,17 @@ class Record(NamedTuple):
 
 
 def build_frames(n_frames: int, n: int, states: int = 0) -> Frames:
-    """Room for `n_frames` snapshots of `n` bodies with so many rows of state."""
+    """Return storage for snapshots of a flock.
+
+    Parameters
+    ----------
+    n_frames : int
+        Number of snapshots F.
+    n : int
+        Number of boids N; 0 where no metric reads the bodies.
+    states : int, default 0
+        Number of rows S of the state of the model.
+    """
     return Frames(
         np.zeros((n_frames, FIRST_STATE + states, n)),
         np.zeros((n_frames, N_COUNTS), np.int64),
@@ -74,13 +88,14 @@ def build_frames(n_frames: int, n: int, states: int = 0) -> Frames:
 
 
 NEVER = 2**62
-"""A step that is not reached."""
+"""Step that no run reaches."""
 
 
 def silent(record: Record, work: Workspace) -> Record:
-    """A record of the same types, of boids with the state and the goals of `work`, in
-    which nothing of a step is kept but its number and the events that a model counts
-    itself.
+    """Return a record of the same types that keeps next to nothing of a step.
+
+    The new record counts steps, and the events that a model counts itself. It has the
+    state and the goals of `work`. Equal types spare a second compilation of the model.
     """
     watch = record.watch._replace(
         counting=False,
@@ -139,8 +154,9 @@ def keep_frame(flock: Flock, record: Record) -> None:
 
 @jit
 def keep_state(state: Floats, state_before: Floats) -> bool:
-    """Keep the state as that from before the next step; return whether all of it are
-    finite numbers.
+    """Copy the state to `state_before`; return whether all of it is finite.
+
+    The copy ends at the first number that is not finite.
     """
     for k in range(state.shape[0]):
         for i in range(state.shape[1]):
@@ -152,8 +168,22 @@ def keep_state(state: Floats, state_before: Floats) -> bool:
 
 @jit
 def observe(flock: Flock, world: World, record: Record) -> bool:
-    """Take note of one step done; return whether all positions, velocities and states
-    are finite numbers.
+    """Record one step done; return whether the flock and its state are finite.
+
+    Parameters
+    ----------
+    flock : Flock
+        Positions and velocities after the step.
+    world : World
+        World of the flock.
+    record : Record
+        Record that takes the step.
+
+    Returns
+    -------
+    bool
+        False if a position, a velocity or the state of the model is not finite. Then
+        neither visits, events nor a frame are recorded.
     """
     if not begin_step(flock, record):
         return False
@@ -166,7 +196,7 @@ def observe(flock: Flock, world: World, record: Record) -> bool:
 
 @jit
 def begin_step(flock: Flock, record: Record) -> bool:
-    """The part of `observe` before visits are counted."""
+    """Do the part of `observe` before visits are counted; return if all is finite."""
     record.progress[STEP] += 1
     for i in range(flock.x.size):
         if not math.isfinite(flock.x[i] + flock.y[i] + flock.vx[i] + flock.vy[i]):
@@ -176,6 +206,16 @@ def begin_step(flock: Flock, record: Record) -> bool:
 
 @jit
 def end_step(flock: Flock, world: World, record: Record) -> None:
-    """The part of `observe` after visits are counted."""
+    """Do the part of `observe` after visits are counted.
+
+    Parameters
+    ----------
+    flock : Flock
+        Positions and velocities after the step.
+    world : World
+        World of the flock.
+    record : Record
+        Record that takes the step.
+    """
     count(flock, world, record.watch, record.progress[STEP])
     keep_frame(flock, record)

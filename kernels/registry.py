@@ -1,15 +1,14 @@
-"""Tables of what is looked up by name: entries of ours, and those of packages that are
-installed beside us.
+"""Registries: built-in entries by name, and those of installed packages.
 
-A package says in its metadata what it offers, as entry points of a group:
+A package states in its metadata what it offers, as entry points of a group:
 
     [project.entry-points."boidsweep.models"]
     vortex = "their_package.vortex:MODEL"
 
-Only packages that are installed are asked, never a folder that happens to be at hand.
-Their code is imported when a name is asked for that is none of ours, or when all are
-listed. An entry that cannot be used is left out, and `refused` says why; it may not
-take the name of one of ours, nor that of another package's.
+Only installed packages are searched, never a folder that happens to be at hand. Their
+code is imported when a name is looked up that is not built in, or when all entries are
+listed. An entry that cannot be used is left out, and `refused` gives the reason. An
+entry may not take the name of a built-in one, nor that of another package.
 """
 
 import site
@@ -20,7 +19,7 @@ from pathlib import Path
 from typing import TypeVar
 
 OURS = "boidsweep."
-"""How the names of our groups begin."""
+"""Beginning of the names of our groups of entry points."""
 
 T = TypeVar("T")
 
@@ -28,10 +27,11 @@ T = TypeVar("T")
 class Registry(MutableMapping[str, T]):
     """Entries of one kind by name, in the order of their registration.
 
-    `group` is the group of entry points, and `origins` has for each name the
-    distribution that it comes from: that of other packages only. `flaw` says in words
-    why an entry of theirs cannot be used, if it cannot. `made` gives the entry of a
-    name that follows from those of others, or None: such names are not listed.
+    `group` is the group of entry points. `origins` has for each name of another package
+    the distribution that it comes from. `refused` has for each entry that cannot be
+    used the reason. `flaw` returns in words why an entry of another package cannot be
+    used, or "". `derive` returns the entry of a name that follows from other names, or
+    None: such names are not listed.
     """
 
     def __init__(
@@ -40,10 +40,13 @@ class Registry(MutableMapping[str, T]):
         kind: type[T],
         own: Mapping[str, T],
         flaw: Callable[[T], str] = lambda _entry: "",
-        made: Callable[[str], T | None] = lambda _name: None,
+        derive: Callable[[str], T | None] = lambda _name: None,
     ) -> None:
-        self.group, self.kind, self._own, self.flaw = group, kind, dict(own), flaw
-        self._made = made
+        self.group = group
+        self.kind = kind
+        self._own = dict(own)
+        self.flaw = flaw
+        self._derive = derive
         self._others: dict[str, T] | None = None
         self.origins: dict[str, str] = {}
         self.refused: dict[str, str] = {}
@@ -53,13 +56,13 @@ class Registry(MutableMapping[str, T]):
             return self._own[name]
         if name in self._installed():
             return self._installed()[name]
-        if (entry := self._made(name)) is None:
+        if (entry := self._derive(name)) is None:
             raise KeyError(name)
         return entry
 
     def __contains__(self, name: object) -> bool:
         listed = name in self._own or name in self._installed()
-        return listed or (isinstance(name, str) and self._made(name) is not None)
+        return listed or (isinstance(name, str) and self._derive(name) is not None)
 
     def __iter__(self) -> Iterator[str]:
         yield from list(self._own)
@@ -78,7 +81,7 @@ class Registry(MutableMapping[str, T]):
         return f"Registry({self.group!r}, {list(self)})"
 
     def _installed(self) -> dict[str, T]:
-        """The entries of other packages, which are imported at the first question."""
+        """Return the entries of other packages, which the first call imports."""
         if self._others is None:
             # A package may look here while it is imported.
             self._others = {}
@@ -90,8 +93,10 @@ class Registry(MutableMapping[str, T]):
         return self._others
 
     def _enter(self, name: str, points: list[EntryPoint]) -> None:
+        """Enter the entry that installed packages offer under a name, or refuse it."""
         assert self._others is not None
-        point, owners = points[0], [owner(one) for one in points]
+        point = points[0]
+        owners = [owner(offered) for offered in points]
         if name in self._own:
             self.refused[name] = f"{owners[0]} offers it too, and it is one of ours"
         elif len(points) > 1:
@@ -100,58 +105,62 @@ class Registry(MutableMapping[str, T]):
             try:
                 entry = point.load()
             except Exception as error:
-                said = f"{type(error).__name__}: {error}"
-                self.refused[name] = f"{owners[0]} has it in {point.value}: {said}"
+                words = f"{type(error).__name__}: {error}"
+                self.refused[name] = f"{owners[0]} has it in {point.value}: {words}"
                 return
             if not isinstance(entry, self.kind):
-                what = f"no {self.kind.__name__} but a {type(entry).__name__}"
-                self.refused[name] = f"{owners[0]} has in {point.value} {what}"
+                mismatch = f"no {self.kind.__name__} but a {type(entry).__name__}"
+                self.refused[name] = f"{owners[0]} has in {point.value} {mismatch}"
             elif flaw := self.flaw(entry):
                 self.refused[name] = f"{owners[0]} has it in {point.value}: {flaw}"
             else:
-                self._others[name], self.origins[name] = entry, owners[0]
+                self._others[name] = entry
+                self.origins[name] = owners[0]
 
 
 def owner(point: EntryPoint) -> str:
-    """The distribution of an entry point, as `name version`."""
+    """Return the distribution of an entry point, as `name version`."""
     assert point.dist is not None
     return f"{point.dist.name} {point.dist.version}"
 
 
 def packages() -> set[str]:
-    """The names of the packages of others that offer entries of any kind."""
+    """Return the names of the other packages that offer entries of any kind."""
     return {point.module.partition(".")[0] for point in installed(OURS)}
 
 
 def installed(groups: str) -> list[EntryPoint]:
-    """The entry points, of groups that begin so, of all distributions in folders of
-    installed packages, each distribution once.
+    """Return the entry points of installed packages, of groups that begin so.
+
+    Each distribution in the folders of installed packages counts once.
     """
     every = list(distributions(path=places()))
     if not any(_points(distribution, groups) for distribution in every):
         return []  # and nobody needs the names of all, which take long to read
-    found = {distribution.name: distribution for distribution in reversed(every)}
+    # The first of a name in the order of the path is the one that Python imports.
+    by_name = {distribution.name: distribution for distribution in reversed(every)}
     return [
         point
-        for _, distribution in sorted(found.items())
+        for _, distribution in sorted(by_name.items())
         for point in _points(distribution, groups)
     ]
 
 
 def _points(distribution: Distribution, groups: str) -> list[EntryPoint]:
-    """The entry points of a distribution, of groups that begin so."""
+    """Return the entry points of a distribution, of groups that begin with `groups`."""
     points = distribution.entry_points
     return [point for point in points if point.group.startswith(groups)]
 
 
 def places() -> list[str]:
-    """The folders of the path into which packages are installed."""
+    """Return the folders of the path into which packages are installed."""
     return [path for path in sys.path if _is_for_packages(path)]
 
 
 def _is_for_packages(path: str) -> bool:
-    """Whether packages are installed into a folder of the path; the current folder and
-    those of PYTHONPATH are anybody's.
+    """Return whether packages are installed into a folder of the path.
+
+    The current folder and those of PYTHONPATH may have any content.
     """
     usual = {*site.getsitepackages(), site.getusersitepackages()}
     return path in usual or Path(path).name in ("site-packages", "dist-packages")

@@ -1,7 +1,9 @@
-"""The named settings of a study, each described once: what it is, its unit, its range
-or its choices; and what they must fulfil together.
+"""Parameters and settings of a study, each described once.
 
-Every model has its own `Params`; the groups here are common to all: Schedule,
+A description gives the text, the unit, and the range or the choices. Some demands are
+on several of them together.
+
+Every model has its own `Params`. The groups here are common to all models: Schedule,
 WorldSettings, Sensing, Actuation, Breakdowns, Medium, StartSettings and Observation. A
 setting with `choices` is stored in these tuples as the index of its choice. Units are
 written with the words length and time, which a model gives their meaning: px and step,
@@ -28,18 +30,18 @@ Unit = Literal[
     "boids",
     "%",
 ]
-"""Of settings and of metrics."""
+"""Units of parameters and of metrics."""
 UNITS: tuple[Unit, ...] = get_args(Unit)
 
 
 class About(NamedTuple):
-    """What a user must know of one setting; `exclusive` says that `low` itself is not
-    allowed.
+    """Description of one parameter or setting for users.
 
-    `rule` names the rule whose weight it is, and `to_goal` says that this rule leads
-    boids to the goal. `in_steps` says that it is counted in steps, so that with a
-    shorter time step a larger value is the same time; `whole_steps` that it is a time
-    that must be a whole number of steps.
+    `exclusive` is True if `low` itself is not allowed. `rule` names the rule whose
+    weight the parameter is. `to_goal` is True if this rule leads boids to the goal.
+    `in_steps` is True for a number of steps, so with a shorter time step a larger value
+    is the same time. `whole_steps` is True for a time that must be an integer number of
+    steps.
     """
 
     text: str
@@ -55,36 +57,41 @@ class About(NamedTuple):
 
 
 EachStep = Literal["", "time", "share", "noise"]
+"""Conversion of a value where a step is cut into shorter ones; see InParts."""
 
 
 class InParts(NamedTuple):
-    """Stands after the About of a setting, and says what becomes of its value where a
-    step is cut into k shorter ones, so that equations in continuous time stay the same.
+    """Conversion of a parameter where a step is cut into k shorter ones.
+
+    It follows the About of the parameter, and keeps equations in continuous time the
+    same.
 
     time    the length of a step, of a model whose equations are continuous in time:
             it is divided by k
-    share   a share that is lost in each step: what is left after k steps stays
+    share   a fraction that is lost in each step: it becomes 1 - (1 - value)^(1/k), so
+            that the fraction left after k steps stays
     noise   the width of a random number that is drawn in each step and multiplied by
             its length: it grows with the square root of k, and the variance that the
             noise adds in a time stays
 
-    A model none of whose settings has "time" is a map: its step is what it is.
+    A model without a parameter marked "time" is a map: its step is no part of a
+    continuous time.
     """
 
     each_step: EachStep
 
 
 class OnlyWhere(NamedTuple):
-    """Stands after the About of a setting that changes something only where a
-    `condition` on other settings holds: an expression as specs have them.
+    """Condition under which a setting changes anything; it follows the About.
+
+    The `condition` on other settings is an expression as specs have them.
     """
 
     condition: str
 
 
 class Demand(NamedTuple):
-    """A condition on the settings of every point, and what to say where it does not
-    hold.
+    """Condition on the settings of every point, and the message where it does not hold.
 
     The condition is an expression as specs have them; kernels only carry it.
     """
@@ -94,19 +101,21 @@ class Demand(NamedTuple):
 
 
 SEQUENTIAL, SYNCHRONOUS = 0, 1
+"""Indices of the choices of UPDATE."""
 UPDATE = About(
     "sequential: boid after boid, later ones see the new state of earlier ones;"
     " synchronous: all read the old state",
     choices=("sequential", "synchronous"),
 )
 TIME_STEP = About("time of one update", "time", low=0, exclusive=True)
-"""Of every model, as its setting `dt`."""
+"""Description of the parameter `dt` of every model."""
 INTERACTION_RANGE = About(
     "distance up to which boids act on each other; infinite in the paper",
     "length",
     low=0,
 )
 METRIC, NEAREST, VORONOI = 0, 1, 2
+"""Indices of the choices of `neighbours`."""
 NEIGHBOURS = About(
     "who counts of those in sight. metric: all; nearest: the nearest ones; voronoi: the"
     " ones whose Voronoi cells share a side with its own",
@@ -114,24 +123,31 @@ NEIGHBOURS = About(
 )
 ALL_IN_SIGHT = NEIGHBOURS.choices[METRIC]
 OPEN, TORUS, BOUNDED = 0, 1, 2
+"""Indices of the choices of `borders`."""
 CONTINUOUS, INTEGER = 0, 1
+"""Indices of the choices of `start_positions` and of `obstacle_positions`."""
 HEADING, COMPONENTS = 0, 1
+"""Indices of the choices of `start_velocities`."""
 DISC, STAMP = 0, 1
+"""Indices of the choices of `footprint`."""
 
 
 Places = tuple[tuple[float, float], ...]
-"""x and y of each, in the order in which they are given."""
+"""Points (x, y) in the order in which they are listed."""
 
 
 class Schedule(NamedTuple):
-    """How many boids for how long."""
+    """Number of boids and number of steps."""
 
     n: Annotated[int, About("number of boids", low=1, high=10_000_000)]
     steps: Annotated[int, About("number of updates", low=1, high=10**9, in_steps=True)]
 
 
 class WorldSettings(NamedTuple):
-    """Where the boids are; `map` names an entry of kernels.worlds.MAPS."""
+    """World of the boids: size, borders, obstacles and goals.
+
+    `map` names an entry of kernels.worlds.MAPS.
+    """
 
     map: Annotated[str, About("environment map: which obstacles there are")]
     width: Annotated[
@@ -197,17 +213,22 @@ INDEPENDENT, COUPLED = range(2)
 OCCLUSION = ("none", "obstacles", "boids", "both")
 NOTHING_HIDES, HIDDEN_BY_OBSTACLES, HIDDEN_BY_BOIDS, HIDDEN_BY_BOTH = range(4)
 NOISY = "position_noise > 0 or velocity_noise > 0"
+"""Condition under which measurements have errors."""
 SOME_FAIL = "failing_share > 0"
+"""Condition under which boids fail."""
 LIMITED = (
     "motor_lag > 0 or motor_min_speed > 0"
     " or min(motor_acceleration, motor_turn_rate, motor_max_speed) < 1e299"
 )
+"""Condition under which motors have a lag or a limit."""
 FAILURES = ("stop", "drift", "silent", "blind")
 
 
 class Sensing(NamedTuple):
-    """With whom of those that it sees a boid interacts, see kernels.topology; and what
-    it knows of them and of itself, see kernels.robots.sensing.
+    """Sensing model: the neighbours of a boid, and its knowledge of them and of itself.
+
+    See kernels.topology for the neighbours, and kernels.robots.sensing for the
+    knowledge.
     """
 
     neighbours: Annotated[int, NEIGHBOURS]
@@ -312,8 +333,9 @@ class Sensing(NamedTuple):
 
 
 class Actuation(NamedTuple):
-    """How a boid follows the velocity that its model wants; see
-    kernels.robots.actuation.
+    """Motors of a boid, which follow the velocity that the model commands.
+
+    See kernels.robots.actuation.
     """
 
     motor_lag: Annotated[
@@ -364,7 +386,7 @@ class Actuation(NamedTuple):
 
 
 class Breakdowns(NamedTuple):
-    """Which boids fail, when and how; see kernels.robots.breakdowns."""
+    """Failures of boids: how many fail, when and how; see kernels.robots.breakdowns."""
 
     failing_share: Annotated[float, About("part of the boids that fail", low=0, high=1)]
     failing_time: Annotated[
@@ -382,7 +404,7 @@ class Breakdowns(NamedTuple):
 
 
 class Medium(NamedTuple):
-    """How the medium moves in which boids are, see kernels.robots.wind."""
+    """Motion of the medium that carries boids; see kernels.robots.wind."""
 
     wind_x: Annotated[
         float, About("mean velocity of the medium, which carries boids", "length/time")
@@ -412,9 +434,10 @@ class Medium(NamedTuple):
 
 
 class Spread(NamedTuple):
-    """By how much a parameter of a model differs from robot to robot: `deviation` is
-    the standard deviation of the logarithm of its factors. A value beyond `low` or
-    `high` becomes that bound.
+    """Variability of a parameter of a model from robot to robot.
+
+    `deviation` is the standard deviation of the logarithm of the factors. A value
+    beyond `low` or `high` becomes that bound.
     """
 
     parameter: str
@@ -424,9 +447,7 @@ class Spread(NamedTuple):
 
 
 class RobotSettings(NamedTuple):
-    """In what boids and their medium differ from ideal ones, group by group, and boids
-    from each other.
-    """
+    """Non-idealities of boids and their medium, and differences from boid to boid."""
 
     sensing: Sensing
     actuation: Actuation
@@ -436,11 +457,11 @@ class RobotSettings(NamedTuple):
 
 
 ROBOT_GROUPS = Sensing, Actuation, Breakdowns, Medium
-"""What of RobotSettings are settings of every model."""
+"""Groups of RobotSettings that are settings of every model."""
 
 
 class StartSettings(NamedTuple):
-    """How the initial flock is drawn."""
+    """Way to draw the initial flock."""
 
     start_positions: Annotated[
         int,
@@ -490,7 +511,7 @@ class StartSettings(NamedTuple):
 
 
 class Observation(NamedTuple):
-    """What the metrics need to know."""
+    """Parameters of the metrics."""
 
     flock_range: Annotated[
         float, About("boids nearer than this are of one flock", "length", low=0)
@@ -596,11 +617,14 @@ COMMON: dict[str, Any] = {
     "footprint_radius": 2.0,
     "coverage_cv_ddof": 0,
 }
-"""Values for the settings that most models leave alone. Without `minimum_image` a
-preset has a torus that is periodic: see `Model.preset_values`.
+"""Values of the settings that most models leave alone.
+
+Without `minimum_image` a preset has a torus that is periodic: see
+`Model.preset_values`.
 """
 
 MOST_PIXELS = 10**8
+"""Maximum number of pixels of a world whose visits are counted."""
 PIXELS = (
     Demand(
         f"width / pixel * (height / pixel) <= {MOST_PIXELS}",
@@ -612,8 +636,8 @@ PIXELS = (
         "coverage is counted by pixels, and the world has no room for one",
     ),
 )
-"""Of whatever counts visits by pixel."""
+"""Demands of all that counts visits by pixel."""
 SPEEDS = Demand(
     "min_speed <= max_speed", "the lower limit of the speed is above the upper one"
 )
-"""Of models with both limits."""
+"""Demand of models with a lower and an upper limit of the speed."""

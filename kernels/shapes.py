@@ -1,8 +1,9 @@
-"""What obstacles there can be, as maps and specs have them.
+"""Shapes of obstacles, as maps and specs have them.
 
 A row of five numbers is a disc or a rectangle: x and y of the centre, half width, half
-height, and 1 for a disc (whose half width is its radius) or 0 for a rectangle. Two more
-numbers are its velocity, if it has one of its own. A Polygon has any other shape.
+height, and 1 for a disc (whose half width is its radius) or 0 for a rectangle. Two
+further numbers are the velocity of the obstacle, if it has one of its own. A Polygon
+has any other shape.
 """
 
 from collections.abc import Sequence
@@ -18,10 +19,10 @@ Point = tuple[float, float]
 
 
 class Polygon(NamedTuple):
-    """An obstacle by its vertices, in their order round it, in either direction.
+    """Obstacle by its vertices, in their order round it, in either direction.
 
-    It is solid inside; an arena is solid outside, boids are to be in it, and it does
-    not move. `velocity` is that of a polygon that has one of its own.
+    A polygon is solid inside. An arena is solid outside, boids are to be in it, and it
+    does not move. `velocity` is None for a polygon without a velocity of its own.
     """
 
     vertices: tuple[Point, ...]
@@ -31,23 +32,23 @@ class Polygon(NamedTuple):
 
 Obstacle = Row | Polygon
 Obstacles = NDArray[np.float64] | Sequence[Obstacle]
-"""An array of rows, (M, 5) or (M, 7), or a sequence of rows and polygons."""
+"""Array of rows, (M, 5) or (M, 7), or sequence of rows and polygons."""
 
 
 def is_arena(obstacle: Obstacle) -> bool:
-    """Whether an obstacle is solid outside."""
+    """Return whether an obstacle is solid outside."""
     return isinstance(obstacle, Polygon) and obstacle.is_arena
 
 
 def velocity_of(obstacle: Obstacle) -> Point | None:
-    """The velocity that an obstacle has of its own, None where it has none."""
+    """Return the velocity that an obstacle has of its own, None without one."""
     if isinstance(obstacle, Polygon):
         return obstacle.velocity
     return (obstacle[5], obstacle[6]) if len(obstacle) == 7 else None
 
 
 def shapes_of(obstacles: Obstacles) -> tuple[Obstacle, ...]:
-    """The same obstacles one by one, in plain numbers."""
+    """Return the obstacles one by one; rows become tuples of Python floats."""
     return tuple(
         one if isinstance(one, Polygon) else tuple(float(number) for number in one)
         for one in obstacles
@@ -55,8 +56,14 @@ def shapes_of(obstacles: Obstacles) -> tuple[Obstacle, ...]:
 
 
 def checked(obstacles: Obstacles, name: str) -> Obstacles:
-    """The obstacles that a map of this name draws. Raises ValueError for what are
-    none.
+    """Return the obstacles that a map draws, if they are valid.
+
+    Rows become an array if there are no polygons. `name` is the name of the map.
+
+    Raises
+    ------
+    ValueError
+        If a row or a polygon has another shape, or a number that is not finite.
     """
     if isinstance(obstacles, np.ndarray) or not polygons_of(obstacles):
         rows = np.asarray(obstacles, np.float64)
@@ -84,14 +91,14 @@ def checked(obstacles: Obstacles, name: str) -> Obstacles:
 
 
 def polygons_of(obstacles: Obstacles) -> list[Polygon]:
-    """The polygons among obstacles."""
+    """Return the polygons among obstacles."""
     if isinstance(obstacles, np.ndarray):
         return []
     return [one for one in obstacles if isinstance(one, Polygon)]
 
 
 def numbers_of(obstacles: Obstacles) -> Floats:
-    """All numbers of obstacles in a row, by which two draws are compared."""
+    """Return all numbers of obstacles in a row, by which two draws are compared."""
     parts: list[float] = []
     for one in shapes_of(obstacles):
         if isinstance(one, Polygon):
@@ -103,7 +110,7 @@ def numbers_of(obstacles: Obstacles) -> Floats:
 
 
 def box_of(polygon: Polygon) -> Row:
-    """The rectangle about the vertices of a polygon."""
+    """Return the rectangle about the vertices of a polygon as five numbers."""
     x, y = np.array(polygon.vertices, np.float64).T
     left, right, low, high = map(float, (x.min(), x.max(), y.min(), y.max()))
     middle = (left + right) / 2, (low + high) / 2
@@ -111,9 +118,22 @@ def box_of(polygon: Polygon) -> Row:
 
 
 def boxes_of(obstacles: Obstacles, width: float, height: float) -> Floats:
-    """The obstacles of a world of this size as rows (M, 5): a polygon as the rectangle
-    about it. What is solid of an arena is everywhere outside of it: its rectangle holds
-    all of the world.
+    """Return obstacles as discs and rectangles.
+
+    A polygon becomes the rectangle about it. An arena is solid everywhere outside: its
+    rectangle holds all of the world.
+
+    Parameters
+    ----------
+    obstacles : Obstacles
+        M obstacles of a world.
+    width, height : float
+        Size of the world, in the unit of length.
+
+    Returns
+    -------
+    Floats
+        Rows of shape (M, 5): centre, half width, half height, and 1 for a disc.
     """
     if isinstance(obstacles, np.ndarray):
         return obstacles[:, :5]
@@ -128,7 +148,7 @@ def boxes_of(obstacles: Obstacles, width: float, height: float) -> Floats:
 
 
 def corners_of(obstacles: Obstacles) -> Corners | None:
-    """The vertices of the polygons among M obstacles; None where there are none."""
+    """Return the vertices of the polygons among M obstacles, None without polygons."""
     if not polygons_of(obstacles):
         return None
     vertices = [

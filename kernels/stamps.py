@@ -1,4 +1,4 @@
-"""What code computes, as a hash: a function, and all that it uses.
+"""Stamps: hashes of the code of a function and of all that it uses.
 
 The stamp of a function covers its own code and that of every definition of ours whose
 name occurs in it, and so on: functions, classes and constants, in whatever file.
@@ -7,8 +7,8 @@ leaves results valid. A stamp changes with whatever may change a number, and wit
 nothing that only others use.
 
 Ours is `kernels`, whose names are read from the sources: a name that is put together
-while a program runs is not seen. In other packages, and in files of the user's own, a
-module counts as a whole, with all modules of the package that it imports.
+while a program runs is not seen. In other packages, and in files of the user, a module
+counts as a whole, with all modules of the package that it imports.
 """
 
 import ast
@@ -32,40 +32,50 @@ NOT_FOLLOWED = (
     "kernels.starts.STARTS",
     "kernels.worlds.MAPS",
 )
-"""Tables of what a trial looks up by name, which has a stamp of its own; and of what
-numba caches, which is the same wherever it is kept.
+"""Definitions that no stamp covers.
+
+They are tables of entries that a trial looks up by name, each of which has a stamp of
+its own; and of compiled code, which is the same wherever it is stored.
 """
 
 
 OURS = "kernels"
+"""Package whose definitions are followed one by one."""
 QUOTES = ("'", '"', '"""', "'''")
+"""Quotes of an f-string, in the order in which Python 3.11 tries them."""
 WHOLE = "*"
-"""The name that stands for a module as a whole. Modules that are not ours are not taken
-apart: their statements may act on each other in ways that nobody foresees.
+"""Name that stands for a module as a whole.
+
+Modules of other packages are not taken apart: their statements may act on each other in
+ways that nobody foresees.
 """
 
 
 ENTRIES = ("MODEL", "METRICS", "MAPS", "STARTS", "SAMPLERS", "FIGURES")
-"""What a module calls its entries."""
+"""Names of the tables of entries of a module."""
 KINDS = {"Model", "Metric", "Map", "Start", "Sampler", "FigureKind"}
-"""And what these are."""
+"""Classes of these entries."""
 MODEL = "Model"
 DECLARED = {"publishes", "drives", "goals_in_turn", "shared"}
-"""Fields of a Model on which no number of a trial depends: they declare what its source
-says. So an author may add them, and stored trials stay valid.
+"""Fields of a Model on which no number of a trial depends.
+
+They declare what its source says. So an author may add them, and stored trials stay
+valid.
 """
 
 
 class Definition(NamedTuple):
-    """A name at the top of a module; "" stands for the statements that define none."""
+    """Name at the top of a module; "" stands for the statements that define none."""
 
     module: str
     name: str
 
 
-class Said(NamedTuple):
-    """The code of a statement, the names in it with the attributes that follow them,
-    and what it imports within.
+class StatementContent(NamedTuple):
+    """Code of a statement, the names in it, and its own imports.
+
+    `names` include the attributes that follow a name. `imported` has the dotted origin
+    of each name that is imported within the statement.
     """
 
     code: str
@@ -74,78 +84,104 @@ class Said(NamedTuple):
 
 
 class Statement:
-    """A statement at the top of a module. Its tree is read when a stamp needs it, as
-    few do, and then forgotten: it takes far more memory.
+    """Statement at the top of a module.
+
+    Its tree is read when a stamp needs it, as few do. Then it is dropped, since it
+    takes far more memory than the content.
     """
 
     def __init__(self, tree: ast.stmt, module: str) -> None:
-        self._tree, self._module = tree, module
+        self._tree = tree
+        self._module = module
 
     @cached_property
-    def said(self) -> Said:
+    def content(self) -> StatementContent:
+        """Code, names and imports of the statement."""
         bare = _Bare().visit(self._tree)
         nodes = list(ast.walk(bare))
         names = frozenset(_names(nodes))
         imported = dict(_imported(nodes, self._module))
         del self._tree
-        return Said(written_out(bare), names, imported)
+        return StatementContent(written_out(bare), names, imported)
 
 
 @dataclass
 class Source:
-    """The top of a module: the statements that define each name, the dotted names of
-    what is imported, and the modules of which everything is, by `import *`.
+    """Statements and imports at the top of a module.
+
+    `statements` has the statements that define each name, and `imported` the dotted
+    origin of each imported name. `star_imports` are the modules of which everything is
+    imported, by `import *`.
     """
 
     statements: dict[str, list[Statement]] = field(default_factory=dict)
     imported: dict[str, str] = field(default_factory=dict)
-    whole: list[str] = field(default_factory=list)
+    star_imports: list[str] = field(default_factory=list)
 
 
 @cache
 def stamp(
     function: Callable[..., Any], of_code: Callable[..., str] | None = None
 ) -> str:
-    """The sha256, in hexadecimal, of what a function computes, compiled or not; of a
-    partial one, with the numbers and texts that it is given. `of_code` finds its
-    `code_stamp`, where that may be known already.
+    """Return the sha256, in hexadecimal, of the code behind a function.
 
-    Of a function that is not ours it covers the modules that it reaches, and the
-    numbers and texts that these hold. Raises ValueError for a function that is made
-    within another one, and for a partial one that is given anything else: what they
-    take along is in no source.
+    The stamp of a partial function covers the numbers and texts that it binds. The
+    stamp of a function that is not ours covers the modules that it reaches, and the
+    numbers and texts that these hold. A function may be compiled or not.
+
+    Parameters
+    ----------
+    function : callable
+        Function at the top of a module, or a partial one.
+    of_code : callable, optional
+        Function that finds the `code_stamp`, such as one that looks it up; by default
+        `code_stamp`.
+
+    Raises
+    ------
+    ValueError
+        If the function is defined within another one, or if a partial function binds
+        other than numbers and texts. No source has such values.
     """
-    given = ""
+    arguments = ""
     if isinstance(function, partial):
         if not _is_plain([*function.args, dict(function.keywords)]):
             raise ValueError(f"{function} is given more than numbers and texts")
-        given = _written([*function.args, dict(sorted(function.keywords.items()))])
+        arguments = _written([*function.args, dict(sorted(function.keywords.items()))])
         function = function.func
     plain = getattr(function, "py_func", function)
     held = values(_at_once(plain.__module__))
-    content = f"{(of_code or code_stamp)(plain)} {plain.__qualname__} {held} {given}"
+    code = (of_code or code_stamp)(plain)
+    content = f"{code} {plain.__qualname__} {held} {arguments}"
     return hashlib.sha256(content.encode()).hexdigest()
 
 
 @cache
 def code_stamp(function: Callable[..., Any]) -> str:
-    """The sha256, in hexadecimal, of the code of a function and of all that it uses.
-    Raises ValueError as `stamp`.
+    """Return the sha256, in hexadecimal, of the code of a function and of all it uses.
+
+    Raises
+    ------
+    ValueError
+        If the function is not at the top of a module.
     """
     _check_place(function)
-    module, name = function.__module__, function.__name__
-    named = _read(module).statements
-    roots = {Definition(module, one) for one in ([name] if name in named else named)}
+    module = function.__module__
+    name = function.__name__
+    statements = _read(module).statements
+    names = [name] if name in statements else statements
     lines = sorted(
-        f"{_called(one.module)} {one.name} {_hash(one)}\n" for one in closure(roots)
+        f"{_called(used.module)} {used.name} {_hash(used)}\n"
+        for used in closure(Definition(module, root) for root in names)
     )
     return hashlib.sha256("".join(lines).encode()).hexdigest()
 
 
 @cache
 def text_hash(package: str) -> str:
-    """The sha256, in hexadecimal, of all sources of a package as they stand, and of the
-    version of Python: what `code_stamp` makes of these follows from both.
+    """Return the sha256 of all sources of a package and of the version of Python.
+
+    The `code_stamp` of each function of the package follows from both.
     """
     digest = hashlib.sha256(sys.version.encode())
     for name, text in texts_of(package):
@@ -154,8 +190,10 @@ def text_hash(package: str) -> str:
 
 
 def texts_of(package: str) -> Iterator[tuple[str, str]]:
-    """The sources of a package as this process has read them, by the names of their
-    files within it.
+    """Yield the name and the text of each source file of a package.
+
+    The texts are those that this process has read. The names are paths within the
+    package.
     """
     for folder in map(Path, sys.modules[package].__path__):
         for path in sorted(folder.rglob("*.py")):
@@ -166,9 +204,15 @@ def texts_of(package: str) -> Iterator[tuple[str, str]]:
 
 
 def note_sources(function: Callable[..., Any]) -> None:
-    """Read the sources of all that a function may use, which are imported before it: a
-    stamp that is asked for later is that of what runs, also after an edit of a file.
-    Raises ValueError for a function that can have no stamp.
+    """Read the sources of all modules that a function may use.
+
+    The function imports them before. A later stamp is then that of the running code,
+    also after an edit of a file.
+
+    Raises
+    ------
+    ValueError
+        If the function can have no stamp.
     """
     _check_place(function)
     _known_text(function.__module__)
@@ -177,6 +221,7 @@ def note_sources(function: Callable[..., Any]) -> None:
 
 @cache
 def _read_texts(module: str) -> None:
+    """Read the sources of all loaded modules of `kernels` and of one other package."""
     packages = (OURS, module.partition(".")[0])
     for name in list(sys.modules):
         if name.partition(".")[0] in packages:
@@ -184,13 +229,15 @@ def _read_texts(module: str) -> None:
 
 
 def _check_place(function: Callable[..., Any]) -> None:
+    """Raise ValueError if a function is not at the top of a module."""
     if not at_the_top(function):
         raise ValueError(f"{function} is no function at the top of a module")
 
 
 def values(modules: Iterable[str]) -> str:
-    """The numbers, texts and arrays at the top of modules, as a hash: they may come
-    from files, and compiled code holds them.
+    """Return a hash of the numbers, texts and arrays at the top of modules.
+
+    They may come from files, and compiled code holds them.
     """
     digest = hashlib.sha256()
     for name in sorted(modules):
@@ -201,6 +248,7 @@ def values(modules: Iterable[str]) -> str:
 
 
 def _is_plain(value: Any) -> bool:
+    """Return whether a value is a number, a text, an array, or a collection of such."""
     if type(value) in (tuple, list):
         return all(map(_is_plain, value))
     if type(value) is dict:
@@ -212,33 +260,37 @@ def _is_plain(value: Any) -> bool:
 
 
 def _written(value: Any) -> str:
-    """A plain value in full, which `repr` of an array is not."""
+    """Return a plain value in full; `repr` shortens arrays."""
     if isinstance(value, np.ndarray):
         content = hashlib.sha256(value.tobytes()).hexdigest()
         return f"{value.dtype} {value.shape} {content}"
     if type(value) is dict:
-        return f"{{{_written([one for item in value.items() for one in item])}}}"
+        return f"{{{_written([part for item in value.items() for part in item])}}}"
     if type(value) in (tuple, list):
         return f"({', '.join(map(_written, value))})"
     return repr(value)
 
 
 LATER = ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda
-"""What is inside runs when it is called."""
+"""Nodes whose content runs when they are called."""
 
 
 @cache
 def _at_once(module: str) -> frozenset[str]:
-    """The modules that are imported with one that is not ours, itself among them; those
-    that a function imports when it is called are not. None for one of ours.
+    """Return the modules that are imported with one that is not ours, and the module.
+
+    Modules that a function imports when it is called are left out. A module of ours has
+    none.
     """
-    package, found, waiting = module.partition(".")[0], set[str](), [module]
+    package = module.partition(".")[0]
+    loaded = set[str]()
+    waiting = [module]
     while waiting and package != OURS:
-        one = waiting.pop()
-        if one in found or one not in sys.modules or not _found_text(one):
+        name = waiting.pop()
+        if name in loaded or name not in sys.modules or not _found_text(name):
             continue
-        found.add(one)
-        text, _ = _known_text(one)
+        loaded.add(name)
+        text, _ = _known_text(name)
         nodes = list[ast.AST]()
         inner = list[ast.AST](ast.parse(text).body)
         while inner:
@@ -246,15 +298,15 @@ def _at_once(module: str) -> frozenset[str]:
             if not isinstance(node, LATER):
                 nodes.append(node)
                 inner += ast.iter_child_nodes(node)
-        for _, meant in _imported(nodes, one):
+        for _, meant in _imported(nodes, name):
             if meant.partition(".")[0] == package:
                 parts = meant.split(".")
                 waiting += (".".join(parts[:end]) for end in range(1, len(parts) + 1))
-    return frozenset(found)
+    return frozenset(loaded)
 
 
 def at_the_top(function: Callable[..., Any]) -> bool:
-    """Whether a function stands at the top of a module, as one with a stamp must."""
+    """Return whether a function is at the top of a module, as a stamp requires."""
     if isinstance(function, partial):
         return at_the_top(function.func)
     plain = getattr(function, "py_func", function)
@@ -262,14 +314,18 @@ def at_the_top(function: Callable[..., Any]) -> bool:
 
 
 def _called(module: str) -> str:
-    """The name of a module; a package may say what stamps call it, as `__stamped__`."""
+    """Return the name of a module in stamps.
+
+    A package may replace its own name there by `__stamped__`.
+    """
     package, dot, inner = module.partition(".")
     return f"{getattr(sys.modules[package], '__stamped__', package)}{dot}{inner}"
 
 
 def stamp_of_all(*places: Path) -> str:
-    """The sha256 of Python sources, all below folders, or single files: their names and
-    code.
+    """Return the sha256 of Python sources: of all below folders, or of single files.
+
+    The hash covers their names and their code.
     """
     folders = [place if place.is_dir() else place.parent for place in places]
     return stamp_of_texts(
@@ -280,7 +336,7 @@ def stamp_of_all(*places: Path) -> str:
 
 
 def stamp_of_texts(texts: Iterable[tuple[str, str | bytes]]) -> str:
-    """The sha256 of the names of Python sources and of their code."""
+    """Return the sha256 of the names of Python sources and of their code."""
     digest = hashlib.sha256()
     for name, text in texts:
         code = written_out(_Bare().visit(ast.parse(text)))
@@ -289,66 +345,71 @@ def stamp_of_texts(texts: Iterable[tuple[str, str | bytes]]) -> str:
 
 
 def closure(roots: Iterable[Definition]) -> set[Definition]:
-    """`roots` and all definitions that they use, directly or through others."""
-    found, waiting = set[Definition](), [_as_followed(one) for one in roots]
+    """Return `roots` and all definitions that they use, directly or through others."""
+    closed = set[Definition]()
+    waiting = [_as_followed(root) for root in roots]
     while waiting:
-        one = waiting.pop()
-        if one not in found and ".".join(one) not in NOT_FOLLOWED:
-            found.add(one)
-            waiting += map(_as_followed, _used(one))
-    return found
+        definition = waiting.pop()
+        if definition not in closed and ".".join(definition) not in NOT_FOLLOWED:
+            closed.add(definition)
+            waiting += map(_as_followed, _used(definition))
+    return closed
 
 
-def _as_followed(one: Definition) -> Definition:
-    """A definition of ours, or the whole module of another one."""
-    ours = one.module.partition(".")[0] == OURS
-    return one if ours else Definition(one.module, WHOLE)
+def _as_followed(definition: Definition) -> Definition:
+    """Return a definition of ours, or the whole module of another one."""
+    ours = definition.module.partition(".")[0] == OURS
+    return definition if ours else Definition(definition.module, WHOLE)
 
 
 @cache
 def _used(definition: Definition) -> frozenset[Definition]:
-    """The definitions of ours whose names occur in the code of one. A module that is
-    not ours uses all that it imports.
+    """Return the definitions whose names occur in the code of a definition.
+
+    A module that is not ours uses all that it imports.
     """
     module, name = definition
     source = _read(module)
     if name == WHOLE:
         return frozenset(_reached(module))
-    found = {Definition(module, "")}
+    definitions = {Definition(module, "")}
     for statement in source.statements.get(name, []):
-        imported = source.imported | statement.said.imported
-        for used in statement.said.names:
+        imported = source.imported | statement.content.imported
+        for used in statement.content.names:
             first, _, rest = used.partition(".")
             if first in imported:
                 meant = f"{imported[first]}.{rest}" if rest else imported[first]
-                found |= _meant(meant, module)
+                definitions |= _meant(meant, module)
             elif first in source.statements:
-                found.add(Definition(module, first))
+                definitions.add(Definition(module, first))
             else:
-                for other in source.whole:
-                    found |= _meant(f"{other}.{used}", module)
-    return frozenset(found)
+                for origin in source.star_imports:
+                    definitions |= _meant(f"{origin}.{used}", module)
+    return frozenset(definitions)
 
 
 def _reached(module: str) -> set[Definition]:
-    """What a module imports anywhere: modules of its own package, and definitions of
-    ours.
+    """Return the modules and definitions of ours that a module imports anywhere.
+
+    The modules are those of its own package.
     """
     text, _ = _known_text(module)
     nodes = list(ast.walk(_Bare().visit(ast.parse(text))))
-    names, found = set(_names(nodes)), set[Definition]()
+    names = set(_names(nodes))
+    reached = set[Definition]()
     for name, meant in _imported(nodes, module):
-        found |= _aimed(meant, module)
+        reached |= _aimed(meant, module)
         for used in names:
             first, _, rest = used.partition(".")
             if first == name and rest:
-                found |= _aimed(f"{meant}.{rest}", module)
-    return found
+                reached |= _aimed(f"{meant}.{rest}", module)
+    return reached
 
 
 def _aimed(dotted: str, user: str) -> set[Definition]:
-    """What a dotted name that is imported by a module that is not ours stands for."""
-    package, parts = user.partition(".")[0], dotted.split(".")
+    """Return the definitions of a dotted name that a module not of ours imports."""
+    package = user.partition(".")[0]
+    parts = dotted.split(".")
     if parts[0] == OURS:
         for end in range(1, len(parts) + 1):
             with suppress(ImportError):
@@ -357,81 +418,87 @@ def _aimed(dotted: str, user: str) -> set[Definition]:
     if parts[0] != package:
         return set()
     prefixes = [".".join(parts[:end]) for end in range(1, len(parts) + 1)]
-    return {Definition(one, WHOLE) for one in prefixes if _found_text(one)}
+    return {Definition(name, WHOLE) for name in prefixes if _found_text(name)}
 
 
 def _meant(
     dotted: str, user: str, met: frozenset[str] = frozenset()
 ) -> set[Definition]:
-    """The definitions for which a dotted name stands in the module `user`; none where
-    they are not ours. A module without a name stands for all that it defines.
+    """Return the definitions for which a dotted name stands in the module `user`.
 
-    `met` are the names that have led to it, as modules may import each other.
+    There are none where they are not ours. A module without a name stands for all that
+    it defines. `met` are the dotted names on the way, as modules may import each other.
     """
     package = dotted.partition(".")[0]
     if package not in (OURS, user.partition(".")[0]) or dotted in met:
         return set()
     met |= {dotted}
-    module, name = dotted, ""
+    module = dotted
+    name = ""
     while module not in sys.modules and module:
         module, _, last = module.rpartition(".")
         name = f"{last}.{name}" if name else last
-    source, first = _read(module), name.partition(".")[0]
+    source = _read(module)
+    first = name.partition(".")[0]
     if first in source.imported:
         return _meant(source.imported[first], module, met)
-    found = {
-        Definition(module, one) for one in ([first] if first else source.statements)
-    }
+    names = [first] if first else source.statements
+    definitions = {Definition(module, defined) for defined in names}
     if first not in source.statements:
-        for other in source.whole:
-            found |= _meant(f"{other}.{name}".rstrip("."), module, met)
-    return found
+        for origin in source.star_imports:
+            definitions |= _meant(f"{origin}.{name}".rstrip("."), module, met)
+    return definitions
 
 
 @cache
 def _read(module: str) -> Source:
-    """What the source of a module says."""
-    source, (text, _) = Source(), _known_text(module)
+    """Return the statements and imports of a module."""
+    source = Source()
+    text, _ = _known_text(module)
     for statement in ast.parse(text).body:
         if _is_constant(statement):
             continue
         if not isinstance(statement, ast.FunctionDef | ast.ClassDef):
             for name, meant in _imported(ast.walk(statement), module):
                 if name == "*":
-                    source.whole.append(meant)
+                    source.star_imports.append(meant)
                 else:
                     source.imported[name] = meant
         if not isinstance(statement, ast.Import | ast.ImportFrom):
-            kept = Statement(statement, module)
+            defining = Statement(statement, module)
             for name in _bound(statement) or [""]:
-                source.statements.setdefault(name, []).append(kept)
+                source.statements.setdefault(name, []).append(defining)
     return source
 
 
 def _known_text(module: str) -> tuple[str, bool]:
-    found = _found_text(module)
-    if found is None:
+    """Return the source of a module, and whether it is a package.
+
+    Raises ValueError where there is no source.
+    """
+    source = _found_text(module)
+    if source is None:
         raise ValueError(f"{module} has no source")
-    return found
+    return source
 
 
 @cache
 def _found_text(module: str) -> tuple[str, bool] | None:
-    """The source of a module, and whether it is a package; None where there is none.
+    """Return the source of a module, and whether it is a package; None without one.
 
-    It need not have been imported yet. A package that was made from texts has them as
-    `__sources__`, by the names of its modules.
+    The module need not have been imported yet. A package that was built from texts has
+    them as `__sources__`, by the names of its modules.
     """
     package, *inner = module.split(".")
-    whole = sys.modules[package]
-    sources: dict[str, tuple[str, bool]] | None = getattr(whole, "__sources__", None)
+    loaded = sys.modules[package]
+    sources: dict[str, tuple[str, bool]] | None = getattr(loaded, "__sources__", None)
     if sources is not None:
         return sources.get(module)
-    folders = [Path(folder, *inner) for folder in getattr(whole, "__path__", ())]
+    folders = [Path(folder, *inner) for folder in getattr(loaded, "__path__", ())]
     files = [(folder / "__init__.py", True) for folder in folders]
     files += [(folder.with_suffix(".py"), False) for folder in folders if inner]
-    if not inner and not folders and whole.__file__:
-        files = [(Path(whole.__file__), False)]
+    if not inner and not folders and loaded.__file__:
+        files = [(Path(loaded.__file__), False)]
     for file, is_package in files:
         if file.is_file():
             return file.read_text("utf-8"), is_package
@@ -439,26 +506,28 @@ def _found_text(module: str) -> tuple[str, bool] | None:
 
 
 def _bound(statement: ast.stmt) -> set[str]:
-    """The names that a statement defines, or changes as `NAME[0] = 1` does."""
-    found, waiting = set[str](), list[Any]([statement])
+    """Return the names that a statement defines, or changes as `NAME[0] = 1` does."""
+    bound = set[str]()
+    waiting = list[Any]([statement])
     while waiting:
         node = waiting.pop()
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
-            found.add(node.name)
+            bound.add(node.name)
             continue
         if isinstance(node, ast.comprehension):  # its names are its own
             continue
         if isinstance(getattr(node, "ctx", None), ast.Store):
             while isinstance(node, ast.Attribute | ast.Subscript):
                 node = node.value
-            found |= {node.id} if isinstance(node, ast.Name) else set()
+            bound |= {node.id} if isinstance(node, ast.Name) else set()
         waiting += ast.iter_child_nodes(node)
-    return found
+    return bound
 
 
 def _imported(nodes: Iterable[ast.AST], module: str) -> Iterator[tuple[str, str]]:
-    """The names that are imported among `nodes`, and what they stand for: "*" stands
-    for all of a module.
+    """Yield the names that are imported among `nodes`, and their dotted origins.
+
+    The name "*" stands for all of a module.
     """
     for node in nodes:
         if isinstance(node, ast.Import):
@@ -468,28 +537,29 @@ def _imported(nodes: Iterable[ast.AST], module: str) -> Iterator[tuple[str, str]
         elif isinstance(node, ast.ImportFrom):
             origin = ".".join(filter(None, [_origin(node, module), node.module]))
             for alias in node.names:
-                whole = alias.name == "*"
-                meant = origin if whole else f"{origin}.{alias.name}"
+                meant = origin if alias.name == "*" else f"{origin}.{alias.name}"
                 yield alias.asname or alias.name, meant
 
 
 def _origin(node: ast.ImportFrom, module: str) -> str:
-    """The package from which a relative import counts, "" for an absolute one."""
+    """Return the package from which a relative import counts, else "" (absolute)."""
     if node.level == 0:
         return ""
     _, is_package = _known_text(module)
     parts = module.split(".")
-    kept = len(parts) - node.level + is_package
-    return ".".join(parts[: max(0, kept)])
+    length = len(parts) - node.level + is_package
+    return ".".join(parts[: max(0, length)])
 
 
 def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
-    """The names among `nodes`, which go from the outside to the inside, each with the
-    attributes that follow it.
+    """Yield the names among `nodes`, each with the attributes that follow it.
+
+    The nodes must go from the outside to the inside.
     """
     within = set[ast.AST]()
     for node in nodes:
-        dotted, inner = list[str](), node
+        dotted = list[str]()
+        inner = node
         while isinstance(inner, ast.Attribute):
             dotted.append(inner.attr)
             inner = inner.value
@@ -499,22 +569,26 @@ def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
 
 
 class _Bare(ast.NodeTransformer):
-    """Takes annotations and docstrings out of a tree."""
+    """Remover of annotations, docstrings and declared fields from a tree."""
 
     def visit_arg(self, node: ast.arg) -> ast.AST:
+        """Remove the annotation of a parameter."""
         node.annotation = None
         return node
 
     def visit_Module(self, node: ast.Module) -> ast.AST:
+        """Remove the docstrings of a module."""
         return self.visit_ClassDef(node)
 
     def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.AST:
+        """Remove the annotations and docstrings of a function."""
         node.returns = None
         return self.visit_ClassDef(node)
 
     def visit_ClassDef(
         self, node: ast.Module | ast.FunctionDef | ast.ClassDef
     ) -> ast.AST:
+        """Remove docstrings from a body, and declared fields from the class Model."""
         body = [part for part in node.body if not _is_constant(part)]
         if isinstance(node, ast.ClassDef) and node.name == MODEL:
             body = [part for part in body if not _is_declared(part)]
@@ -522,11 +596,13 @@ class _Bare(ast.NodeTransformer):
         return self.generic_visit(node)
 
     def visit_Call(self, node: ast.Call) -> ast.AST:
+        """Remove declared fields from the arguments of Model."""
         if isinstance(node.func, ast.Name) and node.func.id == MODEL:
             node.keywords = [word for word in node.keywords if word.arg not in DECLARED]
         return self.generic_visit(node)
 
     def visit_AnnAssign(self, node: ast.AnnAssign) -> ast.AST:
+        """Replace the annotation of an assignment by None."""
         node.annotation = ast.Constant(None)
         return self.generic_visit(node)
 
@@ -541,9 +617,10 @@ def _is_declared(part: ast.stmt) -> bool:
 
 
 def written_out(tree: ast.AST) -> str:
-    """Code as text, the same from every version of Python. This changes the tree.
+    """Return code as text, the same from every version of Python.
 
-    Since 3.12 Python may write the quotes of an f-string within it, too.
+    The tree is changed. Since 3.12 Python may write the quotes of an f-string within
+    it, too.
     """
     if any(isinstance(node, ast.JoinedStr) for node in ast.walk(tree)):
         tree = _Quoted().visit(tree)
@@ -551,13 +628,15 @@ def written_out(tree: ast.AST) -> str:
 
 
 class _Quoted(ast.NodeTransformer):
-    """Puts f-strings into quotes that do not occur in them, as Python 3.11 does."""
+    """Writer of f-strings in quotes that do not occur in them, as in Python 3.11."""
 
     def visit_FormattedValue(self, node: ast.FormattedValue) -> ast.AST:
+        """Convert the f-strings within a value of an f-string."""
         node.value = self.visit(node.value)
         return node
 
     def visit_JoinedStr(self, node: ast.JoinedStr) -> ast.AST:
+        """Replace an f-string by its text, in the first quotes that fit."""
         self.generic_visit(node)
         text = ast.unparse(node)
         outer = text[1:4] if text[1:4] in QUOTES else text[1]
@@ -569,12 +648,15 @@ class _Quoted(ast.NodeTransformer):
 
 
 def _is_constant(statement: ast.stmt) -> bool:
+    """Return whether a statement is a constant alone, such as a docstring."""
     return isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)
 
 
 def _enters(statement: ast.stmt) -> bool:
-    """Whether a statement enters functions in a table of entries, and computes nothing:
-    what it says of them beside is no code, and ids cover what matters of it.
+    """Return whether a statement fills a table of entries, and computes nothing.
+
+    The descriptions in such a table are no code. Ids cover the facts of an entry that
+    matter.
     """
     if not (
         isinstance(statement, ast.Assign)
@@ -584,18 +666,19 @@ def _enters(statement: ast.stmt) -> bool:
         return False
     nodes = list(ast.walk(statement.value))
     calls = {ast.unparse(node.func) for node in nodes if isinstance(node, ast.Call)}
-    made = any(isinstance(node, ast.Lambda | ast.comprehension) for node in nodes)
-    return not made and calls <= KINDS
+    computes = any(isinstance(node, ast.Lambda | ast.comprehension) for node in nodes)
+    return not computes and calls <= KINDS
 
 
 @cache
 def _hash(definition: Definition) -> str:
+    """Return the sha256, in hexadecimal, of the code of a definition."""
     if definition.name == WHOLE:
         text, _ = _known_text(definition.module)
         tree = _Bare().visit(ast.parse(text))
-        tree.body = [one for one in tree.body if not _enters(one)]
+        tree.body = [part for part in tree.body if not _enters(part)]
         code = written_out(tree)
     else:
         statements = _read(definition.module).statements.get(definition.name, [])
-        code = "\n".join(statement.said.code for statement in statements)
+        code = "\n".join(statement.content.code for statement in statements)
     return hashlib.sha256(code.encode()).hexdigest()

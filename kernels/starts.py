@@ -1,9 +1,10 @@
-"""Initial flocks: N positions and N velocities.
+"""Initial conditions: N positions and N velocities.
 
 To add a start, write a function `(n, settings, world, contact, rng, seed)` that draws a
 flock, and enter it in STARTS. It draws from `rng`, or from another generator that it
-makes from `seed`. `contact` is the Reach with margin 0, which tells quickly whether a
-place is inside an obstacle. It raises RuntimeError where it finds no free place.
+makes from `seed`. `contact` is the Reach with margin 0, which tests quickly if a
+position is inside an obstacle. The function raises RuntimeError where it finds no free
+position.
 """
 
 import math
@@ -25,18 +26,19 @@ from kernels.torus import nearest_image
 from kernels.worlds import Reach, inside_any
 
 MOST_DRAWS = 100_000
-"""After so many draws of one position we conclude that the world has no free place."""
+"""Number of draws of one position after which the world has no free position."""
 
 
 Draw = Callable[[int, StartSettings, World, Reach, Generator, int], Flock]
+"""Function that draws an initial flock; see the docstring of this module."""
 
 
 class Start(NamedTuple):
-    """A way to draw the initial flock: its function, what it is and where it comes
-    from, and what it demands of the other settings.
+    """Way to draw the initial flock, and its demands on the other settings.
 
-    Where each replicate has a function of its own, these are `by_replicate`, and `draw`
-    is the first of them. `random` says that flocks are drawn at random.
+    `text` describes the start and `source` is its origin. If each replicate has a
+    function of its own, these are `by_replicate`, and `draw` is the first of them.
+    `random` is True if flocks are drawn at random.
     """
 
     draw: Draw
@@ -47,9 +49,12 @@ class Start(NamedTuple):
     random: bool = True
 
     def of_replicate(self, replicate: int) -> Draw:
-        """The function that draws the flock of a replicate, counted from 0.
+        """Return the function that draws the flock of a replicate, counted from 0.
 
-        Raises RuntimeError for a replicate that has none.
+        Raises
+        ------
+        RuntimeError
+            If `by_replicate` has no function for the replicate.
         """
         if not self.by_replicate:
             return self.draw
@@ -69,9 +74,34 @@ def start_numpy(
     rng: Generator,
     _seed: int,
 ) -> Flock:
-    """`n` boids as `settings` say; `contact` is the Reach with margin 0.
+    """Draw a flock with the random numbers of NumPy.
 
-    Raises RuntimeError where no free place is found.
+    Positions are drawn first, then velocities.
+
+    Parameters
+    ----------
+    n : int
+        Number of boids.
+    settings : StartSettings
+        Region, positions, velocities and speed of the start.
+    world : World
+        World with its obstacles.
+    contact : Reach
+        Reach of `world` with margin 0.
+    rng : Generator
+        Source of all random numbers.
+    _seed : int
+        Not used.
+
+    Returns
+    -------
+    Flock
+        `n` boids; `previous_vx` and `previous_vy` are 0.
+
+    Raises
+    ------
+    RuntimeError
+        If no free position is found.
     """
     flock = empty_flock(n)
     if not _draw_positions(flock, settings, world, contact, rng):
@@ -98,8 +128,34 @@ def start_portable(
     rng: Generator,
     seed: int,
 ) -> Flock:
-    """The flock of `start_numpy`, with other headings, whose cosines and sines come
-    from arithmetic alone: it has the same bits with any mathematics library.
+    """Draw a flock that is bitwise identical with any mathematics library.
+
+    Positions equal those of `start_numpy`. Headings are drawn again, from [-pi, pi),
+    and their cosines and sines come from arithmetic alone.
+
+    Parameters
+    ----------
+    n : int
+        Number of boids.
+    settings : StartSettings
+        Region, positions, velocities and speed of the start.
+    world : World
+        World with its obstacles.
+    contact : Reach
+        Reach of `world` with margin 0.
+    rng : Generator
+        Source of all random numbers.
+    seed : int
+        Not used.
+
+    Returns
+    -------
+    Flock
+
+    Raises
+    ------
+    RuntimeError
+        If no free position is found.
     """
     flock = start_numpy(n, settings, world, contact, rng, seed)
     if settings.start_velocities == HEADING:
@@ -117,8 +173,31 @@ def start_ordered(
     rng: Generator,
     seed: int,
 ) -> Flock:
-    """The flock of `start_portable`, in which all boids have the velocity of the
-    first.
+    """Draw the flock of `start_portable`, with the velocity of the first boid for all.
+
+    Parameters
+    ----------
+    n : int
+        Number of boids, at least 1.
+    settings : StartSettings
+        Region, positions, velocities and speed of the start.
+    world : World
+        World with its obstacles.
+    contact : Reach
+        Reach of `world` with margin 0.
+    rng : Generator
+        Source of all random numbers.
+    seed : int
+        Not used.
+
+    Returns
+    -------
+    Flock
+
+    Raises
+    ------
+    RuntimeError
+        If no free position is found.
     """
     flock = start_portable(n, settings, world, contact, rng, seed)
     flock.vx[:], flock.vy[:] = flock.vx[0], flock.vy[0]
@@ -133,10 +212,34 @@ def start_opposite(
     rng: Generator,
     seed: int,
 ) -> Flock:
-    """The flock of `start_portable` in the quarter of the world with the greatest x and
-    y, but for the last boid, which starts in the quarter opposite to it.
+    """Draw a flock in one quarter of the world, and its last boid in the opposite one.
 
-    Raises RuntimeError where no free place is found.
+    The flock is in the quarter of the greatest x and y. Velocities equal those of
+    `start_portable`. The positions of that start are drawn too, and then replaced.
+
+    Parameters
+    ----------
+    n : int
+        Number of boids.
+    settings : StartSettings
+        Margin, `start_free`, velocities and speed of the start.
+    world : World
+        World with its obstacles.
+    contact : Reach
+        Reach of `world` with margin 0.
+    rng : Generator
+        Source of all random numbers.
+    seed : int
+        Not used.
+
+    Returns
+    -------
+    Flock
+
+    Raises
+    ------
+    RuntimeError
+        If no free position is found.
     """
     flock = start_portable(n, settings, world, contact, rng, seed)
     if not _draw_in_quarters(flock, settings, world, contact, rng):
@@ -150,8 +253,9 @@ def start_opposite(
 def _draw_in_quarters(
     flock: Flock, settings: StartSettings, world: World, contact: Reach, rng: Generator
 ) -> bool:
-    """Draw every position of `start_opposite` until it is allowed; False if no allowed
-    place is found.
+    """Draw every position of `start_opposite` until it is allowed.
+
+    Return False if no allowed position is found.
     """
     last, margin = flock.x.size - 1, settings.start_margin
     across, along = 0.5 * world.width - margin, 0.5 * world.height - margin
@@ -172,8 +276,9 @@ def _draw_in_quarters(
 def _draw_positions(
     flock: Flock, settings: StartSettings, world: World, contact: Reach, rng: Generator
 ) -> bool:
-    """Draw every position again until it is allowed; False if no allowed place is
-    found.
+    """Draw every position again until it is allowed.
+
+    Return False if no allowed position is found.
     """
     left, across = _span(settings, settings.start_center_x, world.width)
     top, along = _span(settings, settings.start_center_y, world.height)
@@ -198,10 +303,10 @@ def _draw_positions(
 
 @jit
 def _span(settings: StartSettings, center: float, length: float) -> tuple[float, float]:
-    """Where the region of the start begins along one axis, and its extent: the world's,
-    or the disc's part of it.
+    """Return the lower end of the region of the start along one axis, and its extent.
 
-    Integer positions include both ends.
+    The region is the world without its margins, or the part of the disc in it. Integer
+    positions include both ends.
     """
     margin, radius = settings.start_margin, settings.start_radius
     if radius == 0.0:
@@ -214,8 +319,10 @@ def _span(settings: StartSettings, center: float, length: float) -> tuple[float,
 def _is_allowed(
     settings: StartSettings, world: World, contact: Reach, x: float, y: float
 ) -> bool:
-    """Whether a boid may start at (x, y): in the disc, where there is one, and free
-    where it must be.
+    """Return whether a boid may start at a point.
+
+    The point must be in the disc, where there is one, and free where `start_free`
+    demands it.
     """
     dx, dy = x - settings.start_center_x, y - settings.start_center_y
     outside = (
@@ -227,7 +334,7 @@ def _is_allowed(
 
 @jit
 def _is_apart(settings: StartSettings, world: World, flock: Flock, i: int) -> bool:
-    """Whether boid `i` is at least start_distance from all before it."""
+    """Return whether boid `i` is at least start_distance from all boids before it."""
     least = settings.start_distance
     if least > 0.0:
         for j in range(i):
@@ -248,11 +355,35 @@ def start_python_random(
     _rng: Generator,
     seed: int,
 ) -> Flock:
-    """The start of aziel_chen2025's program, draw for draw, from Python's
-    `random.Random(seed)`.
+    """Draw the start of the program of aziel_chen2025, draw for draw.
 
-    For each boid x and y until the place is free, three draws that the program spends
-    elsewhere, then the heading. Raises RuntimeError where no free place is found.
+    Random numbers come from `random.Random(seed)` of Python. For each boid x and y are
+    drawn until the position is free. Then follow three draws that the program spends
+    elsewhere, and the heading.
+
+    Parameters
+    ----------
+    n : int
+        Number of boids.
+    settings : StartSettings
+        Margin and speed of the start, and `start_free`.
+    world : World
+        World with its obstacles.
+    contact : Reach
+        Reach of `world` with margin 0.
+    _rng : Generator
+        Not used.
+    seed : int
+        Seed of the random numbers.
+
+    Returns
+    -------
+    Flock
+
+    Raises
+    ------
+    RuntimeError
+        If no free position is found.
     """
     draws = Random(seed)
     flock = empty_flock(n)
@@ -275,7 +406,7 @@ def start_python_random(
 
 
 Places = tuple[tuple[float, ...], ...]
-"""A row for each boid: x, y and its heading in degrees; or x, y, vx and vy."""
+"""One row per boid: x, y and the heading in degrees; or x, y, vx and vy."""
 
 
 def start_given(
@@ -287,9 +418,27 @@ def start_given(
     _rng: Generator,
     _seed: int,
 ) -> Flock:
-    """The `n` boids of a list, at start_speed where their velocities are not given.
+    """Return the flock of a list.
 
-    Raises RuntimeError where the list has another number of boids.
+    Parameters
+    ----------
+    places : Places
+        Rows of the boids in the order of their indices.
+    n : int
+        Number of boids of the trial.
+    settings : StartSettings
+        `start_speed` is the speed of the boids of which only the heading is listed.
+    _world, _contact, _rng, _seed
+        Not used.
+
+    Returns
+    -------
+    Flock
+
+    Raises
+    ------
+    RuntimeError
+        If the list has another number of boids.
     """
     if n != len(places):
         raise RuntimeError(f"{len(places)} boids are given, and n is {n}")
@@ -304,11 +453,14 @@ def start_given(
 
 
 GIVEN = "places given one by one"
+"""Text of a start whose flock is a list."""
 
 
 def given_start(flocks: Sequence[Places], source: str) -> Start:
-    """The start with the boids of a list, or of one list for each replicate. All have
-    the same number of boids.
+    """Return the start with the boids of a list, or of one list per replicate.
+
+    All lists have the same number of boids. `source` names the origin of the lists in
+    messages.
     """
     draws = tuple(partial(start_given, places) for places in flocks)
     return Start(
@@ -332,7 +484,10 @@ def given_start(flocks: Sequence[Places], source: str) -> Start:
 
 
 def _inside(flocks: Sequence[Places], source: str) -> Demand:
-    """That all given places lie in the world, where its borders keep boids in it."""
+    """Return the demand that all listed positions are in the world.
+
+    Worlds with open borders are exempt.
+    """
     x, y = ([place[axis] for flock in flocks for place in flock] for axis in (0, 1))
     return Demand(
         f"borders == 'open' or 0 <= {min(x)} and {max(x)} <= width"
@@ -393,4 +548,4 @@ STARTS = Registry(
         ),
     },
 )
-"""By their names in specs."""
+"""Starts by their names in specs."""

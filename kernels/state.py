@@ -1,5 +1,6 @@
-"""The values that enter kernels. Arrays hold one entry a boid, in index order, unless
-their shape says otherwise.
+"""Values that enter kernels: the flock and its world.
+
+Arrays hold one entry per boid, in index order, unless their shape is stated otherwise.
 """
 
 import math
@@ -15,13 +16,15 @@ Indices = NDArray[np.uint32]
 Kinds = NDArray[np.int64]
 
 LARGE_FLOCK = 4096
+"""Largest number of boids that the caches near a processor hold."""
 LINE = 64
-"""The bytes that a processor's cache loads together."""
+"""Bytes that the cache of a processor loads together."""
 
 
 class Flock(NamedTuple):
-    """Positions and velocities of N boids, and the velocities one step earlier; six
-    arrays of shape (N,).
+    """Positions and velocities of N boids: six arrays of shape (N,).
+
+    `previous_vx` and `previous_vy` are the velocities one step earlier.
     """
 
     x: Floats
@@ -33,8 +36,11 @@ class Flock(NamedTuple):
 
 
 class Corners(NamedTuple):
-    """The vertices of the polygons among M obstacles: those of obstacle m are `x` and
-    `y` from `first[m]` to `first[m + 1]`, none where it is a disc or a rectangle.
+    """Vertices of the polygons among M obstacles.
+
+    The vertices of obstacle m are `x` and `y` from `first[m]` to `first[m + 1]`. There
+    are none where the obstacle is a disc or a rectangle. `first` has the shape (M +
+    1,).
 
     A polygon is solid inside, or outside where `is_arena` (M,).
     """
@@ -46,14 +52,16 @@ class Corners(NamedTuple):
 
 
 class World(NamedTuple):
-    """The rectangle from (0, 0) to (width, height), and M obstacles in arrays of shape
-    (M,).
+    """Rectangle from (0, 0) to (width, height) with M obstacles.
 
-    A round obstacle is a disc of radius `half_width`; the others are rectangles, or
-    polygons with such a rectangle about them. `corners` are None where there is no
-    polygon: then kernels are compiled without any of them. `borders` is OPEN, TORUS or
-    BOUNDED. The goal is a place that boids may be drawn to, and by which arrivals are
-    measured.
+    Arrays of obstacles have the shape (M,). A round obstacle is a disc of radius
+    `half_width`. The other obstacles are rectangles, or polygons with such a rectangle
+    about them. `corners` is None where there is no polygon. With None kernels are
+    compiled without polygons.
+
+    `borders` is OPEN, TORUS or BOUNDED. With `minimum_image` boids see each other
+    across the borders of a torus. The goal is a point that may attract boids, and by
+    which arrivals are measured.
     """
 
     width: float
@@ -71,22 +79,23 @@ class World(NamedTuple):
 
 
 def empty_flock(n: int) -> Flock:
-    """A flock of `n` boids at the origin, at rest."""
+    """Return a flock of `n` boids at the origin, at rest."""
     return Flock(*(np.zeros(n) for _ in Flock._fields))
 
 
 def is_large(n: int) -> bool:
-    """Whether `n` boids are more than the caches near a processor hold."""
+    """Return whether `n` boids exceed the caches near a processor."""
     return n > LARGE_FLOCK
 
 
 def laid_out(flock: Flock) -> Flock:
-    """The same flock as kernels read it fastest.
+    """Return the flock in the layout of memory that kernels read fastest.
 
-    Of a small flock each field is an array of its own. In a large one the neighbours of
-    a boid lie far apart in memory, and what is looked up of each of them is the time of
-    a search: so place and velocity of a boid stand together, in half a line of the
-    processor's cache, and the fields are views of that.
+    Each field of a small flock is an array of its own, and the flock itself is
+    returned. In a large flock the neighbours of a boid are far apart in memory. The
+    time of a search is then the time to load them. So position and velocity of a boid
+    are stored together, in half a line of the cache. The fields of the copy are views
+    of that storage.
     """
     n = flock.x.size
     if not is_large(n):
@@ -99,7 +108,7 @@ def laid_out(flock: Flock) -> Flock:
 
 
 def aligned(shape: tuple[int, int], kind: Any) -> NDArray[Any]:
-    """Zeros that begin with a line of the processor's cache."""
+    """Return an array of zeros that begins at a line of the cache."""
     size = math.prod(shape) * np.dtype(kind).itemsize
     room = np.zeros(size + LINE, np.uint8)
     first = -room.ctypes.data % LINE
@@ -109,11 +118,10 @@ def aligned(shape: tuple[int, int], kind: Any) -> NDArray[Any]:
 
 @jit
 def remember(flock: Flock, seen: Flock) -> None:
-    """Before a step, keep the velocities of `flock`, and its whole state in `seen`
-    where that is another flock.
+    """Keep the velocities of a flock before a step, and its state in `seen`.
 
-    A sequential update sees the flock itself; a synchronous one sees the copy made
-    here.
+    A sequential update passes the flock itself as `seen`; a synchronous one passes
+    another flock, which then holds the copy.
     """
     for i in range(flock.x.size):
         flock.previous_vx[i] = flock.vx[i]

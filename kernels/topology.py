@@ -1,5 +1,4 @@
-"""With whom of those that it sees a boid interacts: with all, with the k nearest, or
-with those whose Voronoi cells touch its own.
+"""Choice of neighbours among the boids in sight: all, the k nearest, or Voronoi.
 
 M. Ballerini et al. (2008), Interaction ruling animal collective behavior depends on
 topological rather than metric distance, PNAS 105, 1232-1237: starlings interact with
@@ -7,8 +6,9 @@ the six or seven nearest. F. Ginelli, H. Chate (2010), Relevance of metric-free
 interactions in flocking phenomena, Physical Review Letters 105, 168103: with the first
 shell of a Voronoi tessellation.
 
-Those who count are among the nearby ones nearly always. So a search looks around
-first, and at all whom a boid may see only where that does not settle it.
+The boids that count are nearly always among the nearby ones. So a search looks around
+first. It looks at all boids in sight only where the nearby ones do not settle the
+choice.
 """
 
 import math
@@ -19,22 +19,50 @@ from kernels.settings import METRIC, NEAREST, Sensing
 from kernels.state import World
 
 UNSETTLED = -1
+"""Number that stands for a choice that the nearby boids do not settle."""
 NEARBY_A_NEIGHBOUR, NEARBY_OF_VORONOI = 3, 40
-"""So many boids there are in the mean where a search looks first: for each of the
-nearest ones, and for all Voronoi neighbours. Of 10,000 boids that were spread at
-random fewer than 1 in 1000 had to look further.
+"""Mean numbers of boids within the distance at which a search looks first.
+
+The first is per nearest boid, the second for all Voronoi neighbours. Of 10,000 boids
+that were spread at random fewer than 1 in 1000 had to look further.
 """
 NOBODY = -1
+"""Index that stands for no boid."""
 
 
 def topology_of(sensing: Sensing, n: int, world: World) -> Topology:
-    """The topology of these settings, for `n` boids in a world."""
+    """Return the topology of a sensing model.
+
+    Parameters
+    ----------
+    sensing : Sensing
+        Sensing parameters of the study.
+    n : int
+        Number of boids.
+    world : World
+        World of the boids; its area gives the distance at which a search looks first.
+    """
     around = look_around(sensing, n, world.width * world.height)
     return Topology(sensing.neighbours, sensing.nearest, around)
 
 
 def look_around(sensing: Sensing, n: int, area: float) -> float:
-    """How far a search looks first, where `n` boids are spread over `area`."""
+    """Return the distance up to which a search looks first.
+
+    Parameters
+    ----------
+    sensing : Sensing
+        Sensing parameters of the study.
+    n : int
+        Number of boids, taken as spread evenly.
+    area : float
+        Area of the world, in squares of the unit of length.
+
+    Returns
+    -------
+    float
+        Distance in the unit of length; infinite with METRIC.
+    """
     if sensing.neighbours == METRIC:
         return math.inf
     nearest = sensing.neighbours == NEAREST
@@ -45,11 +73,23 @@ def look_around(sensing: Sensing, n: int, area: float) -> float:
 
 @jit
 def select(near: Near, found: int, around: float) -> int:
-    """Keep in `near` those of the `found` boids that count, in ascending order, and
-    return how many they are.
+    """Keep the boids that count, in ascending order; return their number.
 
-    There may be others in sight that are at least at the distance `around`. UNSETTLED
-    where these might count; then all of `found` are kept.
+    Parameters
+    ----------
+    near : Near
+        Boids in sight; the ones that do not count are removed.
+    found : int
+        Number of boids in `near`.
+    around : float
+        Distance from which on others may be in sight that are not in `near`, in the
+        unit of length.
+
+    Returns
+    -------
+    int
+        Number of boids that count. UNSETTLED if boids at `around` or beyond might
+        count; then all of `found` are kept.
     """
     if near.topology.kind == NEAREST:
         if found < near.topology.nearest and around < math.inf:
@@ -62,17 +102,32 @@ def select(near: Near, found: int, around: float) -> int:
 
 @jit
 def keep_nearest(near: Near, found: int, count: int) -> int:
-    """Keep in `near` the `count` nearest, at least one, of the `found` boids, and
-    return how many these are: in ascending order, and by index where several are
-    equally far.
+    """Keep the nearest boids, in ascending order; return their number.
+
+    Of boids at the same distance the ones of the lowest index are kept.
+
+    Parameters
+    ----------
+    near : Near
+        Boids in sight; all but the nearest are removed.
+    found : int
+        Number of boids in `near`.
+    count : int
+        Number of boids to keep, at least 1.
+
+    Returns
+    -------
+    int
+        The smaller one of `found` and `count`.
     """
     return _keep_nearest(near, found, count)
 
 
 @jit
 def _keep_nearest(near: Near, found: int, count: int) -> int:
-    """Keep `count` boids of the least distance. Of those that are equally far, the ones
-    with the lowest index are kept.
+    """Keep `count` boids of the least distance; return their number.
+
+    Of boids at the same distance the ones of the lowest index are kept.
     """
     if found <= count:
         return found
@@ -107,19 +162,21 @@ def _keep_marked(near: Near, found: int) -> int:
 
 @jit
 def _mark_shell(near: Near, found: int, around: float) -> bool:
-    """Mark the Voronoi neighbours of a boid; False if one at least at the distance
-    `around` might be another, or part it from one.
+    """Mark the Voronoi neighbours of a boid; return whether they are settled.
+
+    They are not settled if a boid at least at the distance `around` might be another
+    Voronoi neighbour, or part the boid from one.
 
     A boid at the displacement d bounds the Voronoi cell by x.d <= |d|^2 / 2. By
-    inversion, q = d / |d|^2, these half planes become points, and the sides of the cell
-    the corners of the convex hull of these points and of 0, the boid itself. The walk
-    round the hull begins at its farthest corner, the nearest boid. If it does not come
-    back there, 0 is a corner, and the cell has no end: then the other way is walked
-    too. Others at least at `around` have their points within 1 / `around` of 0: they
-    change nothing if this disc is within the hull.
+    inversion, q = d / |d|^2, these half planes become points. The sides of the cell
+    become the corners of the convex hull of these points and of 0, the boid itself. The
+    walk round the hull begins at its farthest corner, the nearest boid. If it does not
+    come back there, 0 is a corner, and the cell has no end: then the other way is
+    walked too. Others at least at `around` have their points within 1 / `around` of 0.
+    They change nothing if this disc is within the hull.
 
-    Of boids at one place the first counts. One at the place of the boid itself counts,
-    and bounds nothing.
+    Of boids at one position the first counts. A boid at the position of the searching
+    boid counts, and bounds nothing.
     """
     first = _invert(near, found)
     if first == NOBODY:
@@ -134,8 +191,9 @@ def _mark_shell(near: Near, found: int, around: float) -> bool:
 
 @jit
 def _invert(near: Near, found: int) -> int:
-    """Fill `near.factor` with 1 / |d|^2, and mark all at distance 0. Returns the
-    nearest of the others, NOBODY where there is none.
+    """Fill `near.factor` with 1 / |d|^2, and mark all boids at distance 0.
+
+    Return the nearest of the other boids, NOBODY where there is none.
     """
     first = NOBODY
     for k in range(found):
@@ -149,9 +207,11 @@ def _invert(near: Near, found: int) -> int:
 
 @jit
 def _walk(near: Near, found: int, first: int, side: float) -> float:
-    """Mark the corners of the hull from `first` on, counterclockwise where `side` is 1
-    and clockwise where it is -1. Returns the least distance of 0 from the sides that
-    were walked, and 0 where the walk ends before it comes back to a corner.
+    """Mark the corners of the hull from `first` on.
+
+    The walk is counterclockwise where `side` is 1 and clockwise where it is -1. Return
+    the least distance of 0 from the sides that were walked, and 0 where the walk ends
+    before it comes back to a corner.
     """
     least, corner = math.inf, first
     near.mark[first] = True
@@ -168,11 +228,13 @@ def _walk(near: Near, found: int, first: int, side: float) -> float:
 
 @jit
 def _next_corner(near: Near, found: int, corner: int, side: float) -> tuple[int, float]:
-    """The corner of the hull after `corner`, and the distance of 0 from the side
-    between them. NOBODY where no point is further round 0, by half a turn at most.
+    """Return the next corner of the hull, and the distance of 0 from the side to it.
 
-    All other points, and 0, are on the same side of the way to it. Of points in one
-    line the farthest is the corner.
+    The walk is at `corner`. The next corner is NOBODY where no point is further round
+    0, by half a turn at most.
+
+    All other points, and 0, are on the same side of the way to the corner. Of points in
+    one line the farthest is the corner.
     """
     from_x, from_y = _inverted(near, corner)
     best, best_x, best_y, best_area = NOBODY, 0.0, 0.0, 0.0
@@ -192,5 +254,5 @@ def _next_corner(near: Near, found: int, corner: int, side: float) -> tuple[int,
 
 @jit
 def _inverted(near: Near, k: int) -> tuple[float, float]:
-    """The point q of the `k`-th boid found."""
+    """Return the point q of the `k`-th boid in `near`."""
     return near.dx[k] * near.factor[k], near.dy[k] * near.factor[k]

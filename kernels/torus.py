@@ -5,8 +5,9 @@ from kernels.jit import jit
 
 @jit
 def nearest_image(d: float, period: float) -> float:
-    """The difference `d` of two coordinates in [0, period),
-    taken the short way round.
+    """Return the difference of two coordinates the short way round.
+
+    Both coordinates are in [0, period), so `d` is between -period and period.
     """
     if d > 0.5 * period:
         return d - period

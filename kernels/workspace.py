@@ -1,6 +1,4 @@
-"""What a model's `advance` works with, besides the flock,
-its world and its parameters.
-"""
+"""Workspace of a model: all that `advance` needs but flock, world and parameters."""
 
 import math
 from typing import NamedTuple
@@ -19,19 +17,22 @@ from kernels.worlds import Reach
 
 
 class Workspace(NamedTuple):
-    """`grid` and `near` find neighbours, `reach` and `occupancy` obstacles; `before` is
-    the flock before a step, or what boids know of it, see kernels.robots.sensing.
+    """Grids, states and layers that `advance` reads and changes.
+
+    `grid` and `near` find neighbours, `reach` and `occupancy` find obstacles. `before`
+    is the flock before a step, or the knowledge that boids have of it; see
+    kernels.robots.sensing.
 
     `heading_x` and `heading_y` (N,) keep the last velocity that was not zero, at first
-    (1, 0). Models use them in which a boid at rest still has a heading.
+    (1, 0). Models use them if a boid at rest has a heading.
 
-    `state` (S, N) has the rows of the model's state in their order, and `state_before`
-    what they were before the step, which `observe` keeps; both are (0, N) for a model
-    without. `kind` (N,) has for each boid the index of its kind, 0 where there are
-    none. `robots` are the layers between the model and its boids. `goals` say to which
-    of several goals each boid goes, see kernels.goals; None where there is one.
-    `motion` moves obstacles, and is None where none moves: then kernels are compiled
-    without it.
+    `state` (S, N) has the rows of the state of the model in their order. `state_before`
+    holds the state before the step, which `observe` keeps. Both are (0, N) for a model
+    without state. `kind` (N,) has for each boid the index of its kind, 0 where there
+    are none. `robots` are the layers between the model and its boids. `goals` hold to
+    which of several goals each boid goes, see kernels.goals; None where there is one.
+    `motion` moves obstacles; None where none moves. With None kernels are compiled
+    without motion.
     """
 
     grid: Grid
@@ -63,8 +64,42 @@ def build_workspace(
     goals: Goals | None = None,
     motion: Motion | None = None,
 ) -> Workspace:
-    """The workspace of `flock`, whose model searches neighbours up to `search_range`.
-    `state`, `kind`, `robots`, `senses`, `goals` and `motion` become its own.
+    """Return the workspace of a flock at its start.
+
+    The workspace keeps `state`, `kind`, `robots`, `senses`, `goals` and `motion`
+    themselves, without a copy.
+
+    Parameters
+    ----------
+    flock : Flock
+        Initial flock of N boids.
+    world : World
+        World of the flock.
+    search_range : float
+        Largest distance at which the model searches neighbours, in its unit of length.
+    topology : Topology
+        Rule of which boids in sight count. The search looks at all of them where the
+        grid has no lists.
+    reach : Reach
+        Grid of the obstacles that act on a boid.
+    occupancy : Occupancy
+        Occupancy grid; the one of `no_occupancy` for a model that uses none.
+    state : Floats
+        Rows of the state of the model, shape (S, N).
+    kind : Kinds
+        Index of the kind of each boid, shape (N,).
+    robots : Robots
+        Layers between the model and its boids.
+    senses : Senses, optional
+        Senses of the boids; by default boids know the true positions and velocities.
+    goals : Goals, optional
+        Goals in turn; by default the world has one goal.
+    motion : Motion, optional
+        Motion of obstacles; by default none moves.
+
+    Returns
+    -------
+    Workspace
     """
     n = flock.x.size
     cell = min(search_range, topology.around)

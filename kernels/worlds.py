@@ -1,9 +1,9 @@
 """Environment maps: from the settings of a world to its obstacles.
 
-A map's `draw(settings, rng)` returns its obstacles, an array of shape (M, 5): x and y
-of the centre, half width, half height, and 1 for a disc (whose half width is its
-radius) or 0 for a rectangle; or a sequence of such rows and of Polygons. To add a map,
-write one such function and one entry of MAPS.
+The function `draw(settings, rng)` of a map returns its obstacles. They are an array of
+shape (M, 5): x and y of the centre, half width, half height, and 1 for a disc (whose
+half width is its radius) or 0 for a rectangle. They may also be a sequence of such rows
+and of Polygons. To add a map, write one such function and one entry of MAPS.
 """
 
 import math
@@ -25,10 +25,10 @@ from kernels.state import Corners, Floats, World
 
 
 class Map(NamedTuple):
-    """`size` is the width and height of a map that has its own, in `unit`; `random`
-    says that every trial draws it.
+    """Environment map: the function that draws its obstacles, and its source.
 
-    A map without a unit goes with any model.
+    `size` is the width and height of a map that has its own, in `unit`. `random` is
+    True if every trial draws the map again. A map without a unit fits any model.
     """
 
     draw: Callable[[WorldSettings, np.random.Generator], Obstacles]
@@ -42,8 +42,11 @@ class Map(NamedTuple):
 def _table(
     x: float, y: float, radius: float, chairs: int, chair: float, distance: float
 ) -> list[list[float]]:
-    """A round table and `chairs` square chairs of half width `chair` at `distance` from
-    its centre.
+    """Return a round table and the square chairs round it, as rows of five numbers.
+
+    The table has the centre (`x`, `y`) and the radius `radius`. Each of `chairs` chairs
+    has the half width `chair` and its centre at `distance` from the centre of the
+    table.
     """
     angles = [i * 2 * math.pi / chairs for i in range(chairs)]
     seats = [
@@ -54,12 +57,15 @@ def _table(
 
 
 def empty(_settings: WorldSettings, _rng: np.random.Generator) -> Obstacles:
-    """No obstacles."""
+    """Return no obstacles, shape (0, 5)."""
     return np.empty((0, 5))
 
 
 def random_obstacles(settings: WorldSettings, rng: np.random.Generator) -> Obstacles:
-    """`n_obstacles` discs, uniform at least `obstacle_margin` from the borders."""
+    """Draw `n_obstacles` discs of equal radius.
+
+    The centres are uniform at least `obstacle_margin` from the borders.
+    """
     low, n = settings.obstacle_margin, settings.n_obstacles
     x, y = (
         _drawn(low, side - low, n, settings.obstacle_positions, rng)
@@ -72,8 +78,9 @@ def random_obstacles(settings: WorldSettings, rng: np.random.Generator) -> Obsta
 def _drawn(
     low: float, high: float, n: int, positions: int, rng: np.random.Generator
 ) -> Floats:
-    """`n` coordinates uniform between two bounds, or among the integers from one to the
-    other.
+    """Draw `n` coordinates uniform between two bounds, or among the integers there.
+
+    Both bounds, cut to integers, are among the integers.
     """
     if positions == INTEGER:
         return rng.integers(int(low), int(high), n, endpoint=True).astype(np.float64)
@@ -81,16 +88,19 @@ def _drawn(
 
 
 def cafeteria(_settings: WorldSettings, _rng: np.random.Generator) -> Obstacles:
-    """Two tables of eight chairs."""
+    """Return two tables of eight chairs."""
     return np.array(_table(200, 200, 40, 8, 10, 60) + _table(600, 400, 30, 8, 10, 50))
 
 
 TABLE_PLACES = [(x, y) for y in (150, 300, 450) for x in (150, 300, 450, 600)]
+"""Centres of the twelve tables before they are shifted, in px."""
 
 
 def dense_cafeteria(_settings: WorldSettings, _rng: np.random.Generator) -> Obstacles:
-    """Twelve shifted tables of four to eight chairs: each table's shift and number of
-    chairs drawn together.
+    """Return twelve shifted tables of four to eight chairs.
+
+    The shift and the number of chairs of each table are drawn together, from a fixed
+    seed.
     """
     draws = random.Random(100)
     obstacles: list[list[float]] = []
@@ -103,8 +113,9 @@ def dense_cafeteria(_settings: WorldSettings, _rng: np.random.Generator) -> Obst
 def dense_cafeteria_heatmap(
     _settings: WorldSettings, _rng: np.random.Generator
 ) -> Obstacles:
-    """The dense cafeteria of the published heatmaps: all shifts drawn first, then all
-    numbers of chairs.
+    """Return the dense cafeteria of the published heatmaps.
+
+    All shifts are drawn first, then all numbers of chairs, from a fixed seed.
     """
     draws = random.Random(100)
     places = [
@@ -117,7 +128,7 @@ def dense_cafeteria_heatmap(
 
 
 def narrow_corridor(_settings: WorldSettings, _rng: np.random.Generator) -> Obstacles:
-    """Two square blocks of half width 100 about (400, 135) and (400, 465)."""
+    """Return two square blocks of half width 100 about (400, 135) and (400, 465)."""
     return np.array(
         [[400.0, 135.0, 100.0, 100.0, 0.0], [400.0, 465.0, 100.0, 100.0, 0.0]]
     )
@@ -184,10 +195,11 @@ MAPS = Registry(
         ),
     },
 )
+"""Maps by their names in specs."""
 
 
 def build_world(settings: WorldSettings, obstacles: Obstacles) -> World:
-    """The World of `settings` with the given obstacles, as a map draws them."""
+    """Return the World of `settings` with the obstacles that a map draws."""
     boxes = boxes_of(obstacles, settings.width, settings.height)
     x, y, half_width, half_height, is_round = np.ascontiguousarray(boxes.T)
     size = (settings.width, settings.height, settings.borders, settings.minimum_image)
@@ -205,11 +217,12 @@ def build_world(settings: WorldSettings, obstacles: Obstacles) -> World:
 
 
 class Reach(NamedTuple):
-    """Which obstacles can act at a place: a grid whose cell c holds `obstacle[first[c]
-    : first[c + 1]]`, ascending.
+    """Grid of the obstacles that can act at a point.
 
-    The grid covers the world. For places outside there is one more cell, the last, with
-    the indices of all M obstacles.
+    The indices of the obstacles of cell c are `obstacle[first[c] : first[c + 1]]`,
+    ascending. The grid covers the world. One more cell, the last, is for all points
+    outside and has the indices of all M obstacles. `columns_per_length` and
+    `rows_per_length` are cells per unit of length.
     """
 
     columns: int
@@ -221,14 +234,15 @@ class Reach(NamedTuple):
 
 
 MOST_COLUMNS = 80
-"""Cells along the longer side of the world."""
+"""Number of cells along the longer side of the world."""
 CELLS_AN_OBSTACLE = 4
-"""At most, of a square world, where obstacles are entered anew in each step."""
+"""Maximum number of cells per obstacle in a square world of moving obstacles."""
 
 
 def build_reach(world: World, margin: float) -> Reach:
-    """The Reach of obstacles that act up to `margin` beyond their larger half width (in
-    the world's unit).
+    """Return the Reach of obstacles that stay where they are.
+
+    An obstacle acts up to `margin` beyond its larger half width, in the unit of length.
     """
     everywhere = math.isinf(margin) or world.obstacle_x.size == 0
     reach = _empty_reach(world, 1 if everywhere else MOST_COLUMNS)
@@ -237,9 +251,12 @@ def build_reach(world: World, margin: float) -> Reach:
 
 
 def build_moving_reach(world: World, margin: float) -> Reach:
-    """The Reach of obstacles that move, with room for them wherever they are: it has
-    them where they are now, and `enter_obstacles` enters them anew. So cells are about
-    as large as that in which an obstacle acts, and not many more than obstacles.
+    """Return the Reach of obstacles that move, entered where they are now.
+
+    It has room for the obstacles wherever they are, and `enter_obstacles` enters them
+    again after a move. So cells are about as large as the region in which an obstacle
+    acts, and not many more than obstacles. An obstacle acts up to `margin` beyond its
+    larger half width, in the unit of length. The world has at least one obstacle.
     """
     n, longer = world.obstacle_x.size, max(world.width, world.height)
     extent = np.maximum(world.half_width, world.half_height) + margin
@@ -257,7 +274,7 @@ def build_moving_reach(world: World, margin: float) -> Reach:
 
 
 def _empty_reach(world: World, most: int) -> Reach:
-    """A Reach of no obstacle, with so many cells along the longer side."""
+    """Return a Reach of no obstacle, with `most` cells along the longer side."""
     cell = max(world.width, world.height) / most
     columns = max(1, round(world.width / cell))
     rows = max(1, round(world.height / cell))
@@ -267,7 +284,7 @@ def _empty_reach(world: World, most: int) -> Reach:
 
 
 def _filled(world: World, margin: float, reach: Reach, room: int) -> Reach:
-    """The Reach with all obstacles, and with room for so many entries."""
+    """Return the Reach with all obstacles entered, and with room for `room` entries."""
     reach = reach._replace(obstacle=np.zeros(room, np.int64))
     enter_obstacles(world, margin, reach)
     return reach
@@ -275,8 +292,19 @@ def _filled(world: World, margin: float, reach: Reach, room: int) -> Reach:
 
 @jit
 def enter_obstacles(world: World, margin: float, reach: Reach) -> None:
-    """Enter all obstacles into `reach` where they are now, each within `margin` of its
-    larger half width. Lists are filled from their ends.
+    """Enter all obstacles into a Reach where they are now.
+
+    Lists are filled from their ends, so that their indices ascend.
+
+    Parameters
+    ----------
+    world : World
+        World with the M obstacles.
+    margin : float
+        Distance beyond the larger half width of an obstacle up to which it acts, in the
+        unit of length.
+    reach : Reach
+        Grid with room for all entries; its lists are overwritten.
     """
     cells = reach.first.size - 1
     for cell in range(cells):
@@ -297,13 +325,14 @@ def enter_obstacles(world: World, margin: float, reach: Reach) -> None:
 
 @jit
 def _enter(reach: Reach, cell: int, m: int) -> None:
+    """Put obstacle `m` before the list of a cell, whose beginning moves down by one."""
     reach.first[cell] -= 1
     reach.obstacle[reach.first[cell]] = m
 
 
 @jit
 def _count_entries(world: World, margin: float, reach: Reach) -> None:
-    """Add to the `first` of each cell how many obstacles are entered into it."""
+    """Add to `first` of each cell the number of obstacles that are entered into it."""
     for m in range(world.obstacle_x.size):
         left, right, low, high = _touched(world, margin, reach, m)
         for row in range(low, high):
@@ -316,8 +345,9 @@ def _count_entries(world: World, margin: float, reach: Reach) -> None:
 def _touched(
     world: World, margin: float, reach: Reach, m: int
 ) -> tuple[int, int, int, int]:
-    """The cells in which obstacle `m` acts: the first column and the one after the
-    last, and such rows.
+    """Return the cells in which obstacle `m` acts, as bounds of columns and of rows.
+
+    The bounds are the first column and the one after the last, then the same of rows.
     """
     x, y = world.obstacle_x[m], world.obstacle_y[m]
     r = (max(world.half_width[m], world.half_height[m]) + margin) * (1 + 1e-9)
@@ -328,7 +358,7 @@ def _touched(
 
 @jit
 def _cells(low: float, high: float, per_length: float, n: int) -> tuple[int, int]:
-    """The first of `n` cells that an interval touches, and the one after the last."""
+    """Return the first and the end of the cells from `low` to `high`, of `n` cells."""
     if math.isinf(high):
         return 0, n
     return max(0, math.floor(low * per_length)), min(
@@ -338,7 +368,15 @@ def _cells(low: float, high: float, per_length: float, n: int) -> tuple[int, int
 
 @jit
 def reach_cell(reach: Reach, x: float, y: float) -> int:
-    """The cell of `reach` at (x, y); the last one outside the world."""
+    """Return the index of the cell of a Reach at a point, the last one outside.
+
+    Parameters
+    ----------
+    reach : Reach
+        Grid of obstacles.
+    x, y : float
+        Point, in the unit of length of the model.
+    """
     column = x * reach.columns_per_length
     row = y * reach.rows_per_length
     if 0.0 <= column < reach.columns and 0.0 <= row < reach.rows:
@@ -348,7 +386,17 @@ def reach_cell(reach: Reach, x: float, y: float) -> int:
 
 @jit
 def inside_obstacle(world: World, m: int, x: float, y: float) -> bool:
-    """Whether (x, y) lies strictly inside obstacle `m`."""
+    """Return whether a point is strictly inside an obstacle.
+
+    Parameters
+    ----------
+    world : World
+        World with the obstacles.
+    m : int
+        Index of the obstacle.
+    x, y : float
+        Point, in the unit of length of the model.
+    """
     return _inside(world.corners, world, m, x, y)
 
 
@@ -366,7 +414,23 @@ def _inside(corners: Corners | None, world: World, m: int, x: float, y: float) -
 
 @jit
 def obstacle_distance(world: World, m: int, x: float, y: float) -> float:
-    """The distance of (x, y) from the surface of obstacle `m`, negative inside."""
+    """Return the distance of a point from the surface of an obstacle, negative inside.
+
+    Parameters
+    ----------
+    world : World
+        World with the obstacles.
+    m : int
+        Index of the obstacle.
+    x, y : float
+        Point, in the unit of length of the model.
+
+    Returns
+    -------
+    float
+        Euclidean distance, in the unit of length. Inside a rectangle it is minus the
+        distance to the nearest side.
+    """
     return _distance(world.corners, world, m, x, y)
 
 
@@ -390,8 +454,16 @@ def _distance(
 
 @jit
 def inside_any(world: World, contact: Reach, x: float, y: float) -> bool:
-    """Whether (x, y) lies strictly inside an obstacle; `contact` is the Reach with
-    margin 0.
+    """Return whether a point is strictly inside any obstacle.
+
+    Parameters
+    ----------
+    world : World
+        World with the obstacles.
+    contact : Reach
+        Reach of `world` with margin 0.
+    x, y : float
+        Point, in the unit of length of the model.
     """
     cell = reach_cell(contact, x, y)
     for k in range(contact.first[cell], contact.first[cell + 1]):

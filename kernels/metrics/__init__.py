@@ -612,5 +612,5 @@ METRICS = Registry(
             demands=(_GOAL,),
         ),
     },
-    made=_of_part,
+    derive=_of_part,
 )
