@@ -133,7 +133,11 @@ class Plan:
         """Return the plan as a JSON object."""
         members = asdict(replace(self, rule=None))
         del members["rule"]
-        growing = [key for key, section in sections().items() if section.strategy]
+        growing = [
+            key
+            for key, section in sections().items()
+            if section.strategy and not section.stand_in
+        ]
         members |= {**dict.fromkeys(growing), "boundary": ""}
         if rule := self.rule:
             members["boundary"] = rule.where
