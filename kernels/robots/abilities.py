@@ -69,6 +69,26 @@ def why_not(model: Model, ability: str) -> str:
     return ""
 
 
+def remedy(model: Model, ability: str, call: str) -> str:
+    """Return the change that gives robots of a model an ability that they lack.
+
+    Parameters
+    ----------
+    model : Model
+    ability : str
+        Name of one of CALLS.
+    call : str
+        The change of a source that lacks the call.
+
+    Returns
+    -------
+    str
+        `call`, or the declaration if the source has the call.
+    """
+    has_call = getattr(in_source(model), ability)
+    return f"declare {ability}=True in its Model" if has_call else call
+
+
 def declared(model: Model) -> dict[str, Any]:
     """Return what a model declares; a value is None where it declares nothing."""
     return {name: getattr(model, name) for name in Abilities._fields}

@@ -1,11 +1,12 @@
 """Requirements of several goals: positions in the world, and a model that has them."""
 
-from kernels.robots.abilities import why_not
+from kernels.robots.abilities import remedy, why_not
 from sweep.design.points import Points
 from sweep.spec.settings import places_of
 from sweep.spec.study import Study
 
 SETTING = "next_goals"
+LINE = "goal_x, goal_y = goal_of(world, work.goals, i)"
 
 
 def check_goals(study: Study, points: Points) -> None:
@@ -20,12 +21,14 @@ def check_goals(study: Study, points: Points) -> None:
     model = study.known.models[study.model]
     place = study.place_of(SETTING)
     if why := why_not(model, "goals_in_turn"):
+        call = (
+            f"in a rule that leads boids to the goal write `{LINE}` for world.goal_x"
+            " and world.goal_y"
+        )
         raise study.document.error(
             place or ("model",),
-            f"{SETTING} needs a model that goes to several goals, and {why}: in a rule"
-            " that leads boids to the goal write"
-            " `goal_x, goal_y = goal_of(world, work.goals, i)` for world.goal_x and"
-            " world.goal_y, and see docs/own-models.md",
+            f"{SETTING} needs a model that goes to several goals, and {why}:"
+            f" {remedy(model, 'goals_in_turn', call)}, and see docs/own-models.md",
         )
     width = points.column("width")
     height = points.column("height")

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels.robots.abilities import why_not
+from kernels.robots.abilities import remedy, why_not
 from kernels.settings import Demand
 from sweep.design.points import Points
 from sweep.design.published_steps import check_published
@@ -54,11 +54,12 @@ def _check_model(study: Study, act: dict[str, Mask], fails: Mask) -> None:
     model = study.known.models[study.model]
     needed = {name: on.any() for name, on in act.items()}
     if any(needed.values()) and (why := why_not(model, "drives")):
+        change = remedy(model, "drives", f"before confine write `{LINE}`")
         for name in filter(needed.get, needed):
             raise study.document.error(
                 study.place_of(name) or ("model",),
-                f"{name} needs a model that drives its boids, and {why}: before confine"
-                f" write `{LINE}`, and see docs/own-models.md",
+                f"{name} needs a model that drives its boids, and {why}: {change}, and"
+                " see docs/own-models.md",
             )
     needed["failing_share"] = fails.any()
     for name in filter(needed.get, needed):

@@ -1,6 +1,6 @@
 """The requirement that a model calls `publish`."""
 
-from kernels.robots.abilities import to_publish, why_not
+from kernels.robots.abilities import remedy, to_publish, why_not
 from sweep.spec.document import Place
 from sweep.spec.study import Study
 
@@ -29,7 +29,7 @@ def check_published(
     why = why_not(model, "publishes")
     if not why:
         return
-    change = to_publish(model.advance)
+    change = remedy(model, "publishes", to_publish(model.advance))
     raise study.document.error(
         place or study.place_of(name) or ("model",),
         f"{name} needs a model {ability}, and {why}:"

@@ -244,3 +244,33 @@ def test_motors_need_a_model_that_drives_its_boids(tmp_path: Path) -> None:
         error.value
     )
     assert LINE in str(error.value)
+    assert "in its Model" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("ability", "settings"),
+    [
+        ("drives", "motor_lag: 2"),
+        ("publishes", "failing_share: 0.5, failing_how: blind, failing_time: 1"),
+    ],
+)
+def test_a_declaration_is_what_is_to_change_where_the_source_has_the_call(
+    ability: str, settings: str, tmp_path: Path
+) -> None:
+    text = Path("examples/vortex.py").read_text(encoding="utf-8")
+    assert text.count(f"{ability}=True") == 1
+    path = tmp_path / "slow.yaml"
+    path.write_text(
+        f"study: my/slow\nmodel: ./vortex.py\nreplicates: 1\nfixed: {{{settings}}}\n",
+        encoding="utf-8",
+    )
+    (tmp_path / "vortex.py").write_text(text, encoding="utf-8")
+    expand(load_spec(path))
+    narrowed = text.replace(f"{ability}=True", f"{ability}=False")
+    (tmp_path / "vortex.py").write_text(narrowed, encoding="utf-8")
+    with pytest.raises(SpecError) as error:
+        expand(load_spec(path))
+    assert str(error.value).endswith(
+        f"and vortex declares {ability}=False: declare {ability}=True in its Model,"
+        " and see docs/own-models.md"
+    )

@@ -121,7 +121,6 @@ def test_a_model_of_ones_own_may_have_several_goals(tmp_path: Path) -> None:
     for old, new in SEEKS.items():
         assert text.count(old) == 1
         text = text.replace(old, new + old)
-    text = text.replace("goals_in_turn=False", "goals_in_turn=True")
     (tmp_path / "vortex.py").write_text(text, encoding="utf-8")
     path = tmp_path / "spec.yaml"
     path.write_text(
@@ -130,6 +129,12 @@ def test_a_model_of_ones_own_may_have_several_goals(tmp_path: Path) -> None:
         " next_goals: [[150, 50]]}\nrecord: {metrics: [goals_reached]}\n",
         encoding="utf-8",
     )
+    with pytest.raises(
+        SpecError, match="=False: declare goals_in_turn=True in its Model, and see"
+    ):
+        expand(load_spec(path))
+    text = text.replace("goals_in_turn=False", "goals_in_turn=True")
+    (tmp_path / "vortex.py").write_text(text, encoding="utf-8")
     study = load_spec(path)
     result = run(Jobs(study, expand(study)).at(0))
     assert result.last["goals_reached"] == 2.0

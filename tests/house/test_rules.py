@@ -448,8 +448,8 @@ BROKEN += [
 BROKEN += [
     (
         plain.what_is_plain_is_not_listed,
-        {"pyproject.toml": NOT_YET, "sweep/web/a.py": "x = 1"},
-        "pyproject.toml:2: sweep/web/* keeps the rules: take it away",
+        {"kernels/near.py": "x = 1"},
+        "kernels/near.py:1: kernels/near.py keeps the rules: take it out of IN_IDS",
     )
 ]
 BROKEN += [
@@ -520,6 +520,13 @@ def test_a_file_whose_docstrings_are_not_checked_is_left_out(tmp_path: Path) -> 
     files = {"pyproject.toml": NOT_YET, "sweep/web/a.py": "found = 1"}
     checkout = made_up(files, tmp_path)
     assert [*plain.modules_are_plain(checkout)] == []
+
+
+def test_only_docstrings_of_code_in_ids_are_looked_at(tmp_path: Path) -> None:
+    source = "found = 1\ndef f(): 'What it does.'"
+    checkout = made_up({"kernels/near.py": source}, tmp_path)
+    (finding,) = plain.modules_are_plain(checkout)
+    assert finding.line == 2
     assert [*plain.what_is_plain_is_not_listed(checkout)] == []
 
 

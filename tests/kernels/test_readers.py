@@ -17,6 +17,7 @@ from kernels.robots.abilities import (
 )
 from kernels.robots.differing import params_of
 from kernels.robots.readers import parameters_read, potential_of
+from kernels.stamps import DECLARED
 
 ANY = MODELS["nanobot"]
 """Any model, whose `advance` is replaced."""
@@ -135,6 +136,12 @@ def test_a_model_that_declares_nothing_can_do_what_its_source_says() -> None:
     assert to_declare(bare._replace(drives=True, shared=())) == (
         "publishes=True, goals_in_turn=False"
     )
+
+
+def test_stamps_leave_out_what_a_model_declares_and_nothing_else() -> None:
+    """A further ability would otherwise make stored trials of its model invalid."""
+    assert set(Abilities._fields) == DECLARED
+    assert set(MODELS["nanobot"]._fields) >= DECLARED
 
 
 def test_a_declaration_only_narrows_what_the_source_does() -> None:

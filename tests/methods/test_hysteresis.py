@@ -35,15 +35,15 @@ def test_loops_have_the_links_of_their_chains(study: StoredStudy) -> None:
     ]
     for one in found:
         assert one.values.tolist() == [0.5, 1.0, 2.0]
-        assert (one.found.chains, one.incomplete) == (3, 0)
+        assert (one.loop.chains, one.incomplete) == (3, 0)
         for place, weight in enumerate(one.values.tolist()):
             cohesion = float(str(one.settings["cohesion_weight"]))
             for way, rows in (("up", one.up), ("down", one.down)):
                 assert [*rows[:, place]] == values_of(study, way, weight, cohesion)
         areas = np.trapezoid(one.down - one.up, one.values, axis=1)
-        assert one.found.area.value == pytest.approx(areas.mean(), rel=1e-12)
+        assert one.loop.area.value == pytest.approx(areas.mean(), rel=1e-12)
     rows = loop_rows(found)
-    assert rows["area"].tolist() == [one.found.area.value for one in found]
+    assert rows["area"].tolist() == [one.loop.area.value for one in found]
 
 
 def test_a_panel_has_both_ways(study: StoredStudy) -> None:

@@ -46,10 +46,10 @@ def test_each_resample_is_as_if_it_was_ranked_anew(case: str) -> None:
     """To within rounding, also where others determine a rank, in 300 resamples."""
     settings, means, size = CASES[case]
     sample = sample_of(settings, means, size)
-    blocks = len(sample.whole)
+    blocks = len(sample.complete)
     drawn = default_rng(2).integers(blocks, size=(blocks, 300))
     found = rank_analysis(sample).estimate(drawn)
-    points = sample.whole[drawn.T].reshape(300, -1)
+    points = sample.complete[drawn.T].reshape(300, -1)
     expected = resampled(settings, means, points)
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-10)
 

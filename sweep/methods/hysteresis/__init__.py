@@ -1,8 +1,8 @@
 """Hysteresis: loops between the way up and the way down of chains.
 
 analysis  loops, and their area
-report    the same as a report
-figure    the same drawn
+report    the loops as a report
+figure    their figure
 method    its entry, and its command
 """
 

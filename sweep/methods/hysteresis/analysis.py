@@ -1,5 +1,7 @@
-"""The loops of a stored study whose chains go up and down: between the means of both
-directions, for each metric and each group of chains.
+"""Hysteresis loops of a stored study whose chains go up and down.
+
+A loop lies between the means of both directions, for one metric and one group of
+chains.
 """
 
 from collections.abc import Iterator, Sequence
@@ -18,15 +20,27 @@ from sweep.tables.stored_study import StoredStudy
 
 Floats = NDArray[np.float64]
 LEAST = 2
-"""Values without which there is no area."""
+"""Fewest values of the axis that enclose an area."""
 
 
 class FoundLoop(NamedTuple):
     """The loop of one metric in one group of chains.
 
-    `settings` are those in which groups differ, with their values; `values` (k,) of the
-    continued axis; `up` and `down` (chains, k) the metric, NaN where a link is missing
-    or did not come to its end. `incomplete` chains lack a link, and take no part.
+    Attributes
+    ----------
+    metric : str
+        Name of the column.
+    settings : dict
+        Values of the parameters in which groups differ.
+    values : array
+        Values of the continued axis, (k,), ascending.
+    up, down : array
+        Metric of each chain at each value, (chains, k). NaN if a link is missing or is
+        not done.
+    loop : Loop
+        Area and differences, over complete chains.
+    incomplete : int
+        Number of chains that lack a link and do not count.
     """
 
     metric: str
@@ -34,7 +48,7 @@ class FoundLoop(NamedTuple):
     values: Floats
     up: Floats
     down: Floats
-    found: Loop
+    loop: Loop
     incomplete: int
 
 
@@ -45,15 +59,29 @@ def find_loops(
     over: Over = "last",
     half: bool = False,
 ) -> list[FoundLoop]:
-    """The loops of a study with an axis that is continued in both directions.
+    """Return the loops of a study with an axis that is continued in both directions.
 
-    study    the stored study; `where` chooses among its points
-    metrics  names of metrics; () for all that are recorded
-    over     "last" or "half": the last frame of each link, or its last half
-    half     True is the older form of over="half"
+    Parameters
+    ----------
+    study : StoredStudy
+        `where` chooses among its points.
+    metrics : str or sequence of str, optional
+        By default all metrics that are recorded.
+    over : {"last", "half"}, default "last"
+        The last frame of each link, or the mean over its second half.
+    half : bool, default False
+        The older form of `over="half"`.
 
-    Raises ChoiceError for a study without such an axis, where fewer than two of its
-    values are chosen, and for a metric that is not recorded.
+    Returns
+    -------
+    list of FoundLoop
+        For each metric, one loop per group of chains.
+
+    Raises
+    ------
+    ChoiceError
+        The study has no such axis, fewer than two of its values are chosen, or a metric
+        is not recorded.
     """
     continued = study.about.continued
     if continued is None or continued["directions"] != [UP, DOWN]:
@@ -63,25 +91,27 @@ def find_loops(
         study.check_metric(name)
     half = is_half(over, half)
     names = [str(Column(name, half)) for name in as_names(metrics) or study.metrics]
-    return [one for name in names for one in _loops(study, continued["axis"], name)]
+    axis = continued["axis"]
+    return [group for name in names for group in _loops(study, axis, name)]
 
 
 def _loops(study: StoredStudy, axis: str, column: str) -> Iterator[FoundLoop]:
     points = study.points
     linked = {axis, DIRECTION} | _follow(study, axis)
-    others = [str(name) for name in points.columns if name not in linked]
+    grouping = [str(name) for name in points.columns if name not in linked]
     trials = study.trials[study.trials["status"] == "done"]
     known = trials.set_index("trial_id")[column]
     plan: pd.DataFrame = study.plan.to_pandas()
     rows = plan.assign(metric=plan["trial_id"].map(known))
-    groups = rows.groupby(others, sort=False) if others else [((), rows)]
+    groups = rows.groupby(grouping, sort=False) if grouping else [((), rows)]
     for key, group in groups:
-        yield _loop(study, axis, column, dict(zip(others, key, strict=True)), group)
+        settings = dict(zip(grouping, key, strict=True))
+        yield _loop(study, axis, column, settings, group=group)
 
 
 def _follow(study: StoredStudy, axis: str) -> set[str]:
-    """The settings that are derived, and so no axis: they may follow from `axis`."""
-    own = {name for one in study.axes.values() for name in one.settings}
+    """Return derived parameters, which no axis has: they may follow from `axis`."""
+    own = {name for entry in study.axes.values() for name in entry.settings}
     return {str(name) for name in study.points.columns} - own - {axis}
 
 
@@ -90,8 +120,10 @@ def _loop(
     axis: str,
     column: str,
     settings: dict[str, object],
+    *,
     group: pd.DataFrame,
 ) -> FoundLoop:
+    """Return the loop of a column in a group of the plan's rows."""
     table = group.pivot_table(
         index="replicate",
         columns=[DIRECTION, axis],
@@ -106,33 +138,43 @@ def _loop(
         raise ChoiceError(f"{words}, and has {len(shared)}", study.name)
     values = np.array(shared, np.float64)
     up, down = (ways[way][shared].to_numpy(np.float64) for way in (UP, DOWN))
-    found = loop(values, up, down)
+    estimate = loop(values, up, down)
     return FoundLoop(
-        column, settings, values, up, down, found, len(table) - found.chains
+        metric=column,
+        settings=settings,
+        values=values,
+        up=up,
+        down=down,
+        loop=estimate,
+        incomplete=len(table) - estimate.chains,
     )
 
 
 def loop_rows(loops: Sequence[FoundLoop]) -> pd.DataFrame:
-    """A row a loop: its settings, `metric`, `area` with its 95 % interval (`low`,
-    `high`), the number of `chains`, how many are `incomplete`, and between which values
-    of the continued axis both directions differ (`from`, `to`, `width`).
+    """Return one row per loop.
+
+    Columns: its settings, `metric`, `area` with its 95 % confidence interval (`low`,
+    `high`), and the numbers of complete `chains` and of `incomplete` ones. `from` and
+    `to` are the ends of the values at which both directions differ, NaN if there are
+    none, and `width` is their distance.
     """
     rows = []
-    for one in loops:
-        found, apart = one.found, one.values[one.found.apart]
+    for group in loops:
+        estimate = group.loop
+        apart = group.values[estimate.apart]
         ends = (apart.min(), apart.max()) if len(apart) else (np.nan, np.nan)
         rows.append(
             {
-                **one.settings,
-                "metric": one.metric,
-                "area": found.area.value,
-                "low": found.area.low,
-                "high": found.area.high,
-                "chains": found.chains,
-                "incomplete": one.incomplete,
+                **group.settings,
+                "metric": group.metric,
+                "area": estimate.area.value,
+                "low": estimate.area.low,
+                "high": estimate.area.high,
+                "chains": estimate.chains,
+                "incomplete": group.incomplete,
                 "from": ends[0],
                 "to": ends[1],
-                "width": found.width,
+                "width": estimate.width,
             }
         )
     return pd.DataFrame(rows)

@@ -1,5 +1,6 @@
-"""Means on the way up and on the way down, and the loop between them: of a study whose
-chains go in both directions.
+"""The figure of hysteresis: means on the way up and down, and the loop between them.
+
+It shows a study whose chains go in both directions.
 """
 
 from functools import partial
@@ -26,7 +27,7 @@ WAYS = {"up": (BLUE, "o-"), "down": (VERMILION, "s--")}
 
 
 class Loops(NamedTuple):
-    """What a figure of one metric shows: a panel for each group of chains."""
+    """The layout of a figure of one metric, with one panel per group of chains."""
 
     study: StoredStudy
     metric: str
@@ -36,13 +37,30 @@ class Loops(NamedTuple):
 def hysteresis_figure(
     study: StoredStudy, metric: str, *, over: Over = "last", half: bool = False
 ) -> Figure:
-    """A metric against the continued axis, on the way up and down, with the 95 %
-    intervals of the means over chains, and the area of the loop with its own.
+    """Plot a metric against the continued axis, on the way up and down.
 
-    Between the values where both ways differ for sure the ground is grey. Other
-    settings that vary become panels. `over="half"` takes means over the last half of
-    each link; `half=True` is its older form. Raises ChoiceError as
-    `sweep.methods.hysteresis.find_loops`, and for more than twelve panels.
+    Bands are 95 % confidence intervals of the means over chains. The title has the area
+    of the loop with its interval. The background is grey between the values at which
+    both ways differ. Other parameters that vary become panels.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    metric : str
+    over : {"last", "half"}, default "last"
+        The last frame of each link, or the mean over its second half.
+    half : bool, default False
+        The older form of `over="half"`.
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    ChoiceError
+        The study has no loop, see `sweep.methods.hysteresis.find_loops`, or more than
+        twelve groups of chains.
     """
     (layout,) = hysteresis_layout(study, (metric,), half=is_half(over, half))
     return draw_hysteresis(layout)
@@ -51,11 +69,29 @@ def hysteresis_figure(
 def hysteresis_layout(
     study: StoredStudy, metrics: tuple[str, ...], *, half: bool = False
 ) -> list[Loops]:
-    """What the figures of some metrics will show. Raises ChoiceError as above."""
-    found = find_loops(study, metrics, half=half)
-    names = dict.fromkeys(one.metric for one in found)
+    """Return one layout per metric.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    metrics : tuple of str
+        Names of metrics; () for all that are recorded.
+    half : bool, default False
+        Means over the second half of each link, instead of its last frame.
+
+    Returns
+    -------
+    list of Loops
+
+    Raises
+    ------
+    ChoiceError
+        As `hysteresis_figure`.
+    """
+    loops = find_loops(study, metrics, half=half)
+    names = dict.fromkeys(loop.metric for loop in loops)
     layouts = [
-        Loops(study, name, [one for one in found if one.metric == name])
+        Loops(study, name, [loop for loop in loops if loop.metric == name])
         for name in names
     ]
     panels = len(layouts[0].panels)
@@ -69,7 +105,7 @@ def hysteresis_layout(
 
 
 def draw_hysteresis(layout: Loops) -> Figure:
-    """The figure of a layout."""
+    """Draw the figure of a layout."""
     study, metric, panels = layout
     assert study.about.continued
     with style.context(STYLE):
@@ -77,9 +113,9 @@ def draw_hysteresis(layout: Loops) -> Figure:
         down = -(-len(panels) // across)
         figure = Figure(figsize=(max(4.6, 2.8 * across), 1.1 + 2.5 * down))
         grid = figure.subplots(down, across, sharex=True, sharey=True, squeeze=False)
-        for axes, one in zip(grid.flat, panels, strict=False):
-            _panel(axes, study, one)
-            title_panel(axes, [named(one.settings.items()), _area(one)], across)
+        for axes, loop in zip(grid.flat, panels, strict=False):
+            _panel(axes, study, loop)
+            title_panel(axes, [named(loop.settings.items()), _area(loop)], across)
         for axes in grid.flat[len(panels) :]:
             axes.set_axis_off()
         for axes in grid[-1]:
@@ -91,32 +127,32 @@ def draw_hysteresis(layout: Loops) -> Figure:
     return figure
 
 
-def _panel(axes: Axes, study: StoredStudy, one: FoundLoop) -> None:
-    apart = one.values[one.found.apart]
+def _panel(axes: Axes, study: StoredStudy, loop: FoundLoop) -> None:
+    apart = loop.values[loop.loop.apart]
     if len(apart):
         axes.axvspan(
             apart.min(), apart.max(), color=GREY, alpha=0.2, lw=0, label="differ"
         )
     for (way, (colour, line)), rows in zip(
-        WAYS.items(), (one.up, one.down), strict=True
+        WAYS.items(), (loop.up, loop.down), strict=True
     ):
-        distribution = study.distributions[one.metric]
-        means = [mean_interval(each, distribution=distribution) for each in rows.T]
+        distribution = study.distributions[loop.metric]
+        means = [mean_interval(column, distribution=distribution) for column in rows.T]
         value, low, high = (
             np.array([getattr(mean, name) for mean in means])
             for name in ("value", "low", "high")
         )
-        axes.plot(one.values, value, line, color=colour, markersize=3, label=way)
-        axes.fill_between(one.values, low, high, color=colour, alpha=0.2, lw=0)
+        axes.plot(loop.values, value, line, color=colour, markersize=3, label=way)
+        axes.fill_between(loop.values, low, high, color=colour, alpha=0.2, lw=0)
 
 
-def _area(one: FoundLoop) -> str:
-    area = one.found.area
+def _area(loop: FoundLoop) -> str:
+    area = loop.loop.area
     return f"area {with_interval(area.value, area.low, area.high)}"
 
 
 def _note(layout: Loops) -> str:
-    counts = [one.found.chains for one in layout.panels]
+    counts = [panel.loop.chains for panel in layout.panels]
     text = (
         "{n} trials of each value and way, one a chain; bands: 95 % intervals of means"
         " over chains; area: of down less up, over whole chains; grey: between the"
@@ -127,7 +163,10 @@ def _note(layout: Loops) -> str:
 
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
-    """A figure a metric. Raises ChoiceError where no chains go up and down."""
+    """Return one figure per metric.
+
+    Raises ChoiceError for a study whose chains do not go up and down.
+    """
     metrics = tuple(Column.read(name).metric for name in choices.plain(study))
     return [
         Planned(layout.metric, partial(draw_hysteresis, layout))

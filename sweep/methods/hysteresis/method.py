@@ -1,4 +1,4 @@
-"""Loops of chains: its entry, and its command."""
+"""The entry of hysteresis, and its command."""
 
 from typing import TYPE_CHECKING
 
@@ -16,16 +16,28 @@ def hysteresis(
     metric: Metrics = None,
     over: OverOption = Over.last,
 ) -> "Report":
-    """The loops between way up and way down, of a study with `continue: both`.
+    """Show the loops between way up and way down, of a study with `continue: both`.
 
     Of each loop its area, and between which values of the continued axis both ways
     differ. Chains are independent, and links of one are not: intervals are over chains.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    metric : list of str, optional
+        By default all metrics of the study.
+    over : Over, default Over.last
+        Last frames of the links, or means over their second half.
+
+    Returns
+    -------
+    Report
     """
     from sweep.methods.hysteresis.analysis import find_loops
     from sweep.methods.hysteresis.report import hysteresis_report
 
-    found = find_loops(study, metric or (), half=over == Over.half)
-    return hysteresis_report(study, found)
+    loops = find_loops(study, metric or (), half=over == Over.half)
+    return hysteresis_report(study, loops)
 
 
 def figures() -> "dict[str, FigureKind]":

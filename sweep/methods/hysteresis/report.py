@@ -12,8 +12,9 @@ from sweep.text import so_many
 
 
 def hysteresis_report(study: StoredStudy, loops: Sequence[FoundLoop]) -> Report:
-    """Return the area of each loop, and where both directions differ; docs/json.md says
-    what each key is.
+    """Return the area of each loop, and the values at which both directions differ.
+
+    docs/json.md describes each key.
     """
     axis = _axis_of(study)
     rows = loop_rows(loops)
@@ -36,14 +37,14 @@ def hysteresis_report(study: StoredStudy, loops: Sequence[FoundLoop]) -> Report:
 
 
 def _axis_of(study: StoredStudy) -> str:
-    """The axis that is continued."""
+    """Return the axis that is continued."""
     assert study.about.continued
     return str(study.about.continued["axis"])
 
 
 def _cells(loop: FoundLoop) -> list[str]:
-    area = loop.found.area
-    apart = loop.values[loop.found.apart]
+    area = loop.loop.area
+    apart = loop.values[loop.loop.apart]
     differ = "nowhere"
     if len(apart):
         differ = f"{brief(float(apart.min()))} to {brief(float(apart.max()))}"
@@ -52,6 +53,6 @@ def _cells(loop: FoundLoop) -> list[str]:
         loop.metric,
         with_interval(area.value, area.low, area.high),
         differ,
-        brief(loop.found.width),
-        str(loop.found.chains),
+        brief(loop.loop.width),
+        str(loop.loop.chains),
     ]

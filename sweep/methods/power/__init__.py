@@ -1,7 +1,7 @@
 """Power: how many replicates a goal needs.
 
 analysis  the replicates of each point
-report    the same as a report
+report    the replicates as a report
 method    its entry, and its command
 """
 

@@ -1,7 +1,7 @@
-"""How many replicates a study needs, from the stored trials of a pilot: `sweep power`.
+"""Number of replicates that a study needs, from a stored pilot: `sweep power`.
 
-A trial without a value, as one that diverged or in which the metric is undefined, is
-made up for by more trials: as often as in the pilot.
+Some trials have no value, such as one that diverged or in which the metric is
+undefined. More replicates make up for them, at the rate of the pilot.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -55,15 +55,25 @@ FORM = 'METRIC=SIZE, as "speed=0.05" or, as a share of the mean, "speed=5%"'
 class Power:
     """The replicates that points, or pairs of points, need.
 
-    `rows` has a row a goal, metric and point: the settings of `headings`, of B of a
-    pair; goal, "half width" or "difference"; metric and unit; asked, as text; mean, of
-    A of a pair, with its interval now, low and high; values, how many the pilot has, of
-    a pair the fewer; paired, whether these are pairs; replicates, how many reach the
-    goal with the `chance`; replicates_low and replicates_high, their 95 % range; and
-    caveat, one of `sweep.analysis.replication.CAVEATS` or "". Replicates are NaN where
-    unknown and infinite above a million. `tests` is the number of differences, which
-    are judged together, and `against` says in words which point A of all of them is, or
-    is "". `title` names the pilot.
+    Attributes
+    ----------
+    title : str
+        Name of the pilot.
+    rows : DataFrame
+        One row per goal, metric and point. Columns: the parameters of `headings`, of B
+        of a pair; goal, "half width" or "difference"; metric and unit; asked, the goal
+        as text. mean, of A of a pair, with the bounds of its present confidence
+        interval, low and high. values, the number of the pilot, of a pair the smaller
+        one; paired, True for pairs. replicates, the number that reaches the goal with
+        the probability `chance`, with its 95 % range replicates_low and
+        replicates_high: NaN if unknown, and infinite above a million. caveat, one of
+        `sweep.analysis.replication.CAVEATS` or "".
+    headings : list of str
+    chance : float
+    tests : int
+        Number of differences, which are simultaneous.
+    against : str
+        Point A of all differences in words, or "".
     """
 
     title: str
@@ -74,7 +84,7 @@ class Power:
     against: str
 
     def worst(self) -> Iterator["pd.Series[Any]"]:
-        """Of each goal and metric the row that needs most, where one is known."""
+        """Yield the row that needs most of each goal and metric, if one is known."""
         for _, rows in self.rows.groupby(["goal", "asked", "metric"], sort=False):
             known = rows.dropna(subset="replicates")
             if len(known):
@@ -82,33 +92,48 @@ class Power:
 
 
 def needed_replicates(
-    one: Side | StoredStudy,
-    other: Side | StoredStudy | None = None,
+    pilot: Side | StoredStudy,
+    against: Side | StoredStudy | None = None,
     *,
     half_widths: Sequence[str] = (),
     differences: Sequence[str] = (),
     half: bool = False,
     chance: float = CHANCE,
 ) -> Power:
-    """How many replicates each point needs for intervals that are so narrow, and each
-    pair of points for a comparison that notices so large a difference.
+    """Return the replicates that reach goals for each point, or each pair of points.
 
-        one, other   the pilot, A and B of `sweep.methods.comparison`; without B the
-                     first point of A is compared with each of its others
-        half_widths  texts as "speed=0.05", and "speed=5%" for a share of the mean
-        differences  the same, of the mean of A
-        half         of means over the last half of a trial, or of the last frame
-        chance       with which the goal is to be reached
+    A half-width is that of the confidence interval of `sweep table`. A difference is to
+    be detected by `sweep compare` with its defaults: 95 %, one family, pairs if trials
+    share random numbers. So each of k differences is tested at 5 % / k.
 
-    The interval is the one of `sweep table`, and the comparison that of `sweep compare`
-    with its default: 95 %, one family, pairs where trials share random numbers. So a
-    difference is to be noticed at 5 % over the number of all of them. Raises
-    ChoiceError for what cannot be compared, for a metric that is not recorded, for what
-    is no size or chance, all such mistakes together, and where no point has FEWEST
-    values.
+    Parameters
+    ----------
+    pilot : Side or StoredStudy
+        Side A of `sweep.methods.comparison`.
+    against : Side or StoredStudy, optional
+        Side B of differences. By default the first point of A is compared with each of
+        its other points.
+    half_widths : sequence of str, optional
+        Goals such as "speed=0.05", or "speed=5%" for a fraction of the mean.
+    differences : sequence of str, optional
+        Goals in the same form; a fraction is one of the mean of A.
+    half : bool, default False
+        Means over the second half of each trial, instead of the last frame.
+    chance : float, default 0.8
+        Probability of reaching a goal, from 0.5 to 0.99.
+
+    Returns
+    -------
+    Power
+
+    Raises
+    ------
+    ChoiceError
+        The sides cannot be compared, a metric is not recorded, or a goal or `chance` is
+        not valid; all such mistakes together. Also if no point has FEWEST values.
     """
-    first = _side(one)
-    second = None if other is None else _side(other)
+    first = _side(pilot)
+    second = None if against is None else _side(against)
     refusals = Refusals()
     with refusals.noted():
         if not (half_widths or differences):
@@ -118,7 +143,7 @@ def needed_replicates(
             )
     widths = _sizes(half_widths, "half width", first, refusals)
     sizes = _sizes(differences, "difference", first, refusals)
-    _check(widths, sizes, first, second, chance, refusals)
+    _check(widths, sizes, first, second, chance=chance, refusals=refusals)
     pairs = None
     with refusals.noted():
         pairs = _pairs(first, second, sizes) if sizes else None
@@ -129,44 +154,49 @@ def needed_replicates(
     rows = pd.concat(tables, ignore_index=True)
     _check_pilot(rows, first.study.name)
     headings = list(rows.columns[: rows.columns.get_loc("goal")])
-    tests = int((rows["goal"] == "difference").sum())
-    title = f"{second.text} against {first.text}" if second else first.text
-    against = pairs.against if pairs else ""
-    return Power(title, rows, headings, chance, tests, against)
+    return Power(
+        title=f"{second.text} against {first.text}" if second else first.text,
+        rows=rows,
+        headings=headings,
+        chance=chance,
+        tests=int((rows["goal"] == "difference").sum()),
+        against=pairs.against if pairs else "",
+    )
 
 
 class _Pairs(NamedTuple):
-    """Points that are compared, (pairs, 2) ids, and the settings that tell them apart;
-    `against` is what the first of all pairs is in words, or "".
+    """Points that are compared: ids, (pairs, 2), and the parameters that differ.
+
+    `against` describes the first point of all pairs in words, or is "".
     """
 
-    one: Side
-    other: Side
+    side_a: Side
+    side_b: Side
     points: NDArray[np.object_]
     settings: pd.DataFrame
     against: str
 
 
-def _side(given: Side | StoredStudy) -> Side:
-    if isinstance(given, Side):
-        return given
-    return Side(given.name, given, given.trials, frozenset(given.chosen))
+def _side(source: Side | StoredStudy) -> Side:
+    if isinstance(source, Side):
+        return source
+    return Side(source.name, source, source.trials, frozenset(source.chosen))
 
 
 def _sizes(
     texts: Iterable[str], goal: Goal, side: Side, refusals: Refusals
 ) -> dict[str, Width]:
-    """What is asked for, by the metrics."""
-    found: dict[str, Width] = {}
+    """Return the size of each metric that texts have, such as "speed=5%"."""
+    sizes: dict[str, Width] = {}
     for text in texts:
         name, _, size = (part.strip() for part in text.partition("="))
         with refusals.noted():
             side.study.check_metric(name)
         with refusals.noted():
-            if name in found:
+            if name in sizes:
                 raise ChoiceError(f"{name} stands twice; allowed: one {goal} of it")
-            found[name] = _size(text, size, goal)
-    return found
+            sizes[name] = _size(text, size, goal)
+    return sizes
 
 
 def _size(text: str, size: str, goal: Goal) -> Width:
@@ -183,14 +213,15 @@ def _size(text: str, size: str, goal: Goal) -> Width:
 def _check(
     widths: Mapping[str, Width],
     sizes: Mapping[str, Width],
-    one: Side,
-    other: Side | None,
+    side_a: Side,
+    side_b: Side | None,
+    *,
     chance: float,
     refusals: Refusals,
 ) -> None:
-    """Note what cannot be asked for."""
+    """Note goals that do not fit the sides, and a chance that is not allowed."""
     with refusals.noted():
-        if widths and other is not None:
+        if widths and side_b is not None:
             raise ChoiceError(
                 "a half width is that of one study: name one, or ask for differences"
             )
@@ -198,7 +229,7 @@ def _check(
         if not 0.5 <= chance <= 0.99:
             raise ChoiceError(f"chance: {chance:g}; allowed: from 0.5 to 0.99, as 0.8")
     for name, size in sizes.items():
-        declared = one.study.distributions.get(name)
+        declared = side_a.study.distributions.get(name)
         low, high = in_full(declared).support if declared else ANYWHERE
         with refusals.noted():
             if not size.relative and size.half >= high - low:
@@ -208,42 +239,51 @@ def _check(
                 )
 
 
-def _pairs(one: Side, other: Side | None, metrics: Iterable[str]) -> _Pairs:
-    """The points that are compared. ChoiceError where there are none."""
-    if other is not None:
-        shared_metrics(one, other, [*metrics])
-        matching = match(one, other)
-        return _Pairs(one, other, matching.points, matching.settings, "")
-    settings = _settings(one)
+def _pairs(side_a: Side, side_b: Side | None, metrics: Iterable[str]) -> _Pairs:
+    """Return the points that are compared.
+
+    ChoiceError if there are none.
+    """
+    if side_b is not None:
+        shared_metrics(side_a, side_b, [*metrics])
+        matching = match(side_a, side_b)
+        return _Pairs(side_a, side_b, matching.points, matching.settings, against="")
+    settings = _settings(side_a)
     points = settings.index.to_numpy(dtype=object)
     if len(points) < 2:
         raise ChoiceError(
             "it has one point, and a difference needs two: name another study, or"
             " another point as STUDY:setting=value",
-            one.study.name,
+            side_a.study.name,
         )
     first = ", ".join(f"{name} = {value}" for name, value in settings.iloc[0].items())
     both = np.column_stack([np.full(len(points) - 1, points[0], object), points[1:]])
-    return _Pairs(one, one, both, settings.iloc[1:].reset_index(drop=True), first)
+    following = settings.iloc[1:].reset_index(drop=True)
+    return _Pairs(side_a, side_a, both, following, against=first)
 
 
 def _settings(side: Side) -> pd.DataFrame:
-    """What tells its points apart, a row a point by its id, in the order of trials."""
-    study, points = side.study, side.trials["point"].unique()
+    """Return the parameters in which points differ, one row per point by its id.
+
+    The rows have the order of trials.
+    """
+    study = side.study
+    points = side.trials["point"].unique()
     trials = side.trials.drop_duplicates("point").set_index("point")
     columns = {
         name: (trials if name in trials else study.points)[name].loc[points]
         for name in study.headings
     }
-    found = pd.DataFrame(columns, index=points)
-    return found[[name for name in found if found[name].nunique() > 1]]
+    table = pd.DataFrame(columns, index=points)
+    return table[[name for name in table if table[name].nunique() > 1]]
 
 
 def _of_widths(
     side: Side, half: bool, chance: float, widths: Mapping[str, Width]
 ) -> pd.DataFrame:
-    """The rows of half widths, metric by metric."""
-    study, settings = side.study, _settings(side)
+    """Return the rows of half-widths, metric by metric."""
+    study = side.study
+    settings = _settings(side)
     groups = side.trials.groupby("point", sort=False)
     tables = []
     for name, width in widths.items():
@@ -257,7 +297,7 @@ def _of_widths(
             chance=chance,
         )
         now = _now(side, column).reset_index(drop=True)
-        counts = np.array([len(one) for one in values])
+        counts = np.array([len(sample) for sample in values])
         table = settings.reset_index(drop=True).assign(
             **_goal("half width", column, study, width),
             **now,
@@ -272,26 +312,28 @@ def _of_widths(
 def _of_differences(
     pairs: _Pairs, half: bool, chance: float, sizes: Mapping[str, Width]
 ) -> pd.DataFrame:
-    """The rows of differences, metric by metric."""
-    one, other = pairs.one, pairs.other
-    sharing = bool(streams_in_common(one, other))
-    places = places_of(one, other, pairs.points, sharing=sharing)
+    """Return the rows of differences, metric by metric."""
+    side_a = pairs.side_a
+    side_b = pairs.side_b
+    sharing = bool(streams_in_common(side_a, side_b))
+    places = places_of(side_a, side_b, pairs.points, sharing=sharing)
     trials = np.array([min(len(at.first), len(at.second)) for at in places])
     confidence = simultaneous_confidence(len(sizes) * len(places), CONFIDENCE)
     tables = []
     for name, size in sizes.items():
         column = str(Column(name, half))
-        contrasts = list(contrasts_of(one, other, column, places))
-        now = _now(one, column).loc[pairs.points[:, 0].tolist()].reset_index(drop=True)
-        values = np.array([min(len(each.a), len(each.b)) for each in contrasts])
+        contrasts = list(contrasts_of(side_a, side_b, column, places))
+        now = _now(side_a, column).loc[pairs.points[:, 0].tolist()]
+        now = now.reset_index(drop=True)
+        values = np.array([min(len(pair.a), len(pair.b)) for pair in contrasts])
         needed = _noticed(
             contrasts, size.allowed(now["mean"].to_numpy()), confidence, chance
         )
         table = pairs.settings.assign(
-            **_goal("difference", column, one.study, size),
+            **_goal("difference", column, side_a.study, size),
             **now,
             values=values,
-            paired=[each.paired for each in contrasts],
+            paired=[pair.paired for pair in contrasts],
         )
         tables.append(table.assign(**_replicates(needed, values / trials)))
     return pd.concat(tables, ignore_index=True)
@@ -300,10 +342,13 @@ def _of_differences(
 def _noticed(
     contrasts: Sequence[Contrast], sizes: Floats, confidence: float, chance: float
 ) -> Needed:
-    """What pairs need, and what independent samples need, in the order of contrasts."""
-    paired = np.array([each.paired for each in contrasts])
+    """Return the numbers that detect differences, in the order of contrasts.
+
+    Pairs and independent samples are computed each for themselves.
+    """
+    paired = np.array([contrast.paired for contrast in contrasts])
     n, low, high = np.full((3, len(contrasts)), np.nan)
-    found = Needed(n, low, high, np.full(len(contrasts), "", object))
+    needed = Needed(n, low, high, np.full(len(contrasts), "", object))
     for kind in np.unique(paired):
         rows = np.flatnonzero(paired == kind).tolist()
         part = values_for_difference(
@@ -312,9 +357,9 @@ def _noticed(
             confidence=confidence,
             chance=chance,
         )
-        for whole, few in zip(found, part, strict=True):
-            whole[rows] = few
-    return found
+        for column, numbers in zip(needed, part, strict=True):
+            column[rows] = numbers
+    return needed
 
 
 def _known(values: "pd.Series[float]") -> Floats:
@@ -323,9 +368,10 @@ def _known(values: "pd.Series[float]") -> Floats:
 
 
 def _now(side: Side, column: str) -> pd.DataFrame:
-    """The mean of each point with its interval, by its id."""
-    study, trials = side.study, side.trials
-    found = by_point(
+    """Return the mean of each point with its confidence interval, by its id."""
+    study = side.study
+    trials = side.trials
+    means = by_point(
         trials,
         [],
         [column],
@@ -333,7 +379,7 @@ def _now(side: Side, column: str) -> pd.DataFrame:
         distributions=study.distributions,
     )
     names = {column: "mean", f"{column}_low": "low", f"{column}_high": "high"}
-    return found.set_axis(trials["point"].unique())[[*names]].rename(columns=names)
+    return means.set_axis(trials["point"].unique())[[*names]].rename(columns=names)
 
 
 def _goal(goal: Goal, column: str, study: StoredStudy, size: Width) -> dict[str, str]:
@@ -346,17 +392,17 @@ def _goal(goal: Goal, column: str, study: StoredStudy, size: Width) -> dict[str,
 
 
 def _replicates(needed: Needed, valued: Floats) -> dict[str, NDArray[Any]]:
-    """The columns of what is needed, where this part of the trials has a value."""
+    """Return the columns of replicates, for a fraction of trials with a value."""
     with np.errstate(divide="ignore", invalid="ignore"):
         numbers = {
-            f"replicates{end}": np.ceil(one / valued)
-            for end, one in zip(("", "_low", "_high"), needed[:3], strict=True)
+            f"replicates{end}": np.ceil(values / valued)
+            for end, values in zip(("", "_low", "_high"), needed[:3], strict=True)
         }
     return {**numbers, "caveat": needed.caveat}
 
 
 def _check_pilot(rows: pd.DataFrame, study: str) -> None:
-    """Raise ChoiceError where no row has enough values."""
+    """Raise ChoiceError if no row has enough values."""
     if not (rows["values"] >= FEWEST).any():
         most = int(rows["values"].max()) if len(rows) else 0
         raise ChoiceError(

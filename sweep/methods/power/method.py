@@ -1,4 +1,4 @@
-"""Replicates that a goal needs: its entry, and its command."""
+"""The entry of statistical power, and its command."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -57,14 +57,35 @@ def power(
     ] = 0.8,
     over: OverOption = Over.last,
 ) -> "Report":
-    """How many replicates a half width, or a difference, needs, by the stored trials as
-    a pilot.
+    """Show how many replicates a half width, or a difference, needs.
+
+    The stored trials are the pilot.
+
+    Parameters
+    ----------
+    a : str
+        The pilot, see `sweep.methods.comparison.side_of`.
+    b : str, optional
+        Side B of differences, in the same form. By default the first point of A is
+        compared with each of the others.
+    results : Location, default Path("results")
+        Folder of stored studies.
+    half_width, difference : list of str, optional
+        Goals such as "speed=0.05", or "speed=5%" for a fraction of the mean.
+    chance : float, default 0.8
+        Probability of reaching a goal, from 0.5 to 0.99.
+    over : Over, default Over.last
+        Last frames, or means over the second half of each trial.
+
+    Returns
+    -------
+    Report
     """
     from sweep.methods.comparison import read_side
     from sweep.methods.power.analysis import needed_replicates
     from sweep.methods.power.report import power_report
 
-    found = needed_replicates(
+    needed = needed_replicates(
         read_side(a, results),
         None if b is None else read_side(b, results),
         half_widths=half_width or [],
@@ -72,7 +93,7 @@ def power(
         half=over == Over.half,
         chance=chance,
     )
-    return power_report(found)
+    return power_report(needed)
 
 
 METHOD = Method(reports_of_results=(power,))

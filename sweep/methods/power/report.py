@@ -1,4 +1,4 @@
-"""The report of a pilot: how many replicates a study needs."""
+"""The report of a pilot: the number of replicates that a study needs."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -15,7 +15,7 @@ from sweep.tables.reports import MAX_ROWS, Report, TextTable
 from sweep.text import so_many
 
 MARKS = dict(zip(CAVEATS, ("?", "=", "*", "!"), strict=True))
-SAID = dict(
+CAUTIONS = dict(
     zip(
         CAVEATS,
         (
@@ -38,8 +38,10 @@ RANGE = "range: what the pilot leaves open (95 %)"
 
 
 def power_report(power: Power) -> Report:
-    """Return the replicates of each row, those of the row that needs most, and how to
-    read the table. In JSON, what is not known, and what is over a million, is null.
+    """Return the replicates of each row, and notes on how to read the table.
+
+    A note names the row that needs most. In JSON, a number that is unknown or above a
+    million is null.
     """
     table = TextTable(
         columns=[
@@ -59,7 +61,7 @@ def power_report(power: Power) -> Report:
 
 
 def _read(power: Power) -> Iterable[str]:
-    """How to read the table."""
+    """Yield lines on how to read the table."""
     for goal in power.rows["goal"].unique():
         yield (
             f"with so many replicates {GOALS[goal]}, with a chance of"
@@ -103,7 +105,7 @@ def _notes(power: Power) -> Iterable[str]:
             f" {5.0 / power.tests:.2g} %"
         )
     for row in power.worst():
-        place = ", ".join(f"{one} = {brief(row[one])}" for one in power.headings)
+        place = ", ".join(f"{name} = {brief(row[name])}" for name in power.headings)
         yield (
             f"most for {row['metric']}, {row['goal']} {row['asked']}:"
             f" {_count(row['replicates'])} replicates ({_range(row)})"
@@ -111,5 +113,5 @@ def _notes(power: Power) -> Iterable[str]:
         )
     counts = power.rows["caveat"].value_counts()
     for caveat in CAVEATS:
-        if found := int(counts.get(caveat, 0)):
-            yield f"{MARKS[caveat]} {SAID[caveat]} ({so_many(found, 'row')})"
+        if count := int(counts.get(caveat, 0)):
+            yield f"{MARKS[caveat]} {CAUTIONS[caveat]} ({so_many(count, 'row')})"

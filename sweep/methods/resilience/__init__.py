@@ -1,7 +1,7 @@
-"""Resilience: what failures of boids do to recorded series.
+"""Resilience: effects of failures of boids on recorded series.
 
-analysis  what is kept, and who comes back
-report    the same as a report
+analysis  retained performance, and recovery
+report    the analysis as a report
 method    its entry, and its command
 """
 

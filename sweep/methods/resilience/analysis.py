@@ -1,5 +1,7 @@
-"""What failures of boids do to a stored study: trials in which some fail against those
-of the same seed and replicate in which none does.
+"""Resilience of a stored study to failures of boids.
+
+Trials in which some boids fail are compared with those of the same seed and replicate
+in which none fails.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,24 +16,39 @@ from sweep.tables.choosing import as_names
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import unknown
 
-SHARE, TIME, HOW = "failing_share", "failing_time", "failing_how"
+SHARE = "failing_share"
+TIME = "failing_time"
+HOW = "failing_how"
 PARTS = ("kept", "recovered", "time")
 
 
 def resilience_rows(
     study: StoredStudy, metrics: str | Sequence[str] = (), *, within: float = 0.1
 ) -> pd.DataFrame:
-    """A row for each point at which boids fail, and each metric: the settings that
-    vary, `metric`, and with their 95 % intervals (`_low`, `_high`) `kept`, `recovered`
-    and `time`, see sweep.analysis.resilience; `pairs` of trials, and how many `lack` a
-    partner or a value.
+    """Return the resilience of each metric at each point at which boids fail.
 
-    study    the stored study; `where` chooses among its points
-    metrics  names of recorded series; () for all
-    within   the part of the level by which a metric may differ and have come back
+    Parameters
+    ----------
+    study : StoredStudy
+        `where` chooses among its points.
+    metrics : str or sequence of str, optional
+        Names of recorded series; by default all.
+    within : float, default 0.1
+        Fraction of the level by which a metric that has come back may differ from it.
 
-    Raises ChoiceError for a study without points at which nobody fails or at which
-    some do, and for a metric that is no recorded series.
+    Returns
+    -------
+    DataFrame
+        One row per point and metric. Columns: the parameters that vary, and metric.
+        kept, recovered and time, see `sweep.analysis.resilience`, each with the bounds
+        of its 95 % confidence interval, `_low` and `_high`. pairs, the number of pairs
+        of trials, and lack, the number of trials without a partner or a value.
+
+    Raises
+    ------
+    ChoiceError
+        `within` is not between 0 and 1, no series is recorded, a metric is no recorded
+        series, or boids fail at all points or at none.
     """
     if not 0.0 < within < 1.0:
         raise ChoiceError(f"within must be between 0 and 1, not {within}", study.name)
@@ -51,64 +68,72 @@ def resilience_rows(
             f"at all points {words}; the way out is sweep: {{{SHARE}: [0, 0.2]}}",
             study.name,
         )
-    return _rows(study, trials[fail], trials[~fail], names, within)
+    return _rows(study, trials[fail], trials[~fail], names, within=within)
 
 
 def _rows(
     study: StoredStudy,
     failing: pd.DataFrame,
-    whole: pd.DataFrame,
+    intact: pd.DataFrame,
     names: list[str],
+    *,
     within: float,
 ) -> pd.DataFrame:
     varied = [str(name) for name in study.points.columns if name in failing.columns]
     alike = [name for name in varied if name not in (SHARE, TIME, HOW)]
-    partners = {_key(one, alike): one["trial_id"] for one in whole.to_dict("records")}
-    flown = dict(iter(study.series.groupby("trial_id")))
+    partners = {
+        _key(trial, alike): trial["trial_id"] for trial in intact.to_dict("records")
+    }
+    series = dict(iter(study.series.groupby("trial_id")))
     rows = []
     for key, group in failing.groupby(varied, sort=False):
         for name in names:
             pairs = [
                 _pair(
-                    flown[trial["trial_id"]],
-                    flown.get(partners.get(_key(trial, alike), "")),
+                    series[trial["trial_id"]],
+                    series.get(partners.get(_key(trial, alike), "")),
                     name,
                     trial,
-                    within,
+                    within=within,
                 )
                 for trial in group.to_dict("records")
             ]
-            found = resilience(pairs)
+            means = resilience(pairs)
             row: dict[str, object] = dict(zip(varied, key, strict=True))
             row["metric"] = name
-            for part, interval in zip(PARTS, found, strict=True):
+            for part, interval in zip(PARTS, means, strict=True):
                 row[part] = interval.value
-                row[f"{part}_low"], row[f"{part}_high"] = interval.low, interval.high
-            row |= {"pairs": found.retained.n, "lack": len(pairs) - found.retained.n}
+                row[f"{part}_low"] = interval.low
+                row[f"{part}_high"] = interval.high
+            row |= {"pairs": means.retained.n, "lack": len(pairs) - means.retained.n}
             rows.append(row)
     return pd.DataFrame(rows)
 
 
 def _key(trial: Mapping[Any, Any], alike: list[str]) -> tuple[object, ...]:
-    """What a trial has in common with its partner."""
+    """Return the values that a trial has in common with its partner."""
     return (*(trial[name] for name in alike), trial["replicate"])
 
 
 def _pair(
     failing: pd.DataFrame,
-    whole: pd.DataFrame | None,
+    intact: pd.DataFrame | None,
     name: str,
     trial: Mapping[Any, Any],
+    *,
     within: float,
 ) -> Recovery:
-    """What the failure of a trial does; NaN without a partner."""
-    if whole is None:
+    """Return how a metric of a trial recovers from the failure; NaN without a partner.
+
+    `failing` and `intact` are the series of the trial and of its partner.
+    """
+    if intact is None:
         return Recovery(np.nan, np.nan)
-    both = whole.merge(failing, on="frame", suffixes=("_whole", "_failing"))
+    both = intact.merge(failing, on="frame", suffixes=("_intact", "_failing"))
     return recovery(
         both["frame"].to_numpy() * trial["dt"],
-        both[f"{name}_whole"].to_numpy(),
+        both[f"{name}_intact"].to_numpy(),
         both[f"{name}_failing"].to_numpy(),
-        trial[TIME],
-        within,
+        at=trial[TIME],
+        within=within,
     )

@@ -1,4 +1,4 @@
-"""The report of failures: what they do to recorded series."""
+"""The report of resilience: effects of failures on recorded series."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -15,17 +15,21 @@ from sweep.text import so_many
 
 
 def resilience_report(study: StoredStudy, rows: pd.DataFrame, within: float) -> Report:
-    """Return what is kept, how many come back, and when; docs/json.md says what each
-    key is.
+    """Return the fraction that is kept, the proportion that recovers, and the time.
+
+    docs/json.md describes each key.
 
     Parameters
     ----------
-    study
-        The study.
-    rows
-        What `resilience_rows` found: a row a point and metric.
-    within
-        The part of the level at which a metric has come back.
+    study : StoredStudy
+    rows : DataFrame
+        One row per point and metric, from `resilience_rows`.
+    within : float
+        Fraction of the level by which a metric that has come back may differ from it.
+
+    Returns
+    -------
+    Report
     """
     unit_of_time = study.units.get(TIME, "")
     measured = {"metric", "pairs", "lack"}

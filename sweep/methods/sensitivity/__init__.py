@@ -1,11 +1,11 @@
-"""Sensitivity: which sampled settings a metric depends on.
+"""Sensitivity: effects of sampled parameters on a metric.
 
 sampled          means of the points of a sample
 screening        Morris's elementary effects
 resampled_ranks  rank correlations
-sobol_indices    shares of variance
+sobol_indices    fractions of variance
 analysis         the table of each of these
-figure           the same drawn
+figure           their figure
 method           its entry
 """
 

@@ -1,23 +1,25 @@
-"""Which settings a metric depends on: Sobol indices, Morris's elementary effects, rank
-correlations.
+"""Sensitivity analyses: Sobol indices, Morris's elementary effects, rank correlations.
 
-All are of means over replicates. A point's mean is over the trials that have a value;
-where none has one, the whole block of points is left out, and the table says how many
-were: what it says then holds for the part of the space where the model gives a value.
-Intervals are percentiles of a bootstrap over blocks (over points, where the sample has
-none), so that they include the noise; each is for one number alone. They assume blocks
-drawn at random: those of a Sobol sequence or a Latin hypercube are more even, which
-makes intervals too wide rather than too narrow.
+All are of means over replicates. The mean of a point is over the trials that have a
+value. If no trial of a point has one, the whole block of points is left out, and the
+table counts these blocks. The table then holds for the part of the space where the
+model gives a value.
 
-A table has one row a setting, or index, at each combination of the other axes, whose
-settings stand first. Its last columns count: blocks, blocks_left_out, trials,
-trials_without_value. `attrs` names the study, metric, unit and confidence, and how
-many blocks are the `fewest` that say something.
+Confidence intervals are percentiles of a bootstrap over blocks, or over points if the
+sample has no blocks. So the intervals include the noise. They are not simultaneous.
+They assume blocks drawn at random. Blocks of a Sobol sequence or a Latin hypercube are
+more even, which makes intervals too wide rather than too narrow.
+
+A table has one row per parameter, or index, at each combination of the other axes,
+whose parameters are the first columns. The last columns count: blocks, blocks_left_out,
+trials, trials_without_value. `attrs` has the study, metric, unit and confidence, and
+`fewest`, the least number of blocks for a useful estimate.
 """
 
 from collections.abc import Callable, Mapping
 from importlib.util import find_spec
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -45,18 +47,21 @@ RESAMPLES = 1000
 FEWEST: Mapping[Analyses, int] = MappingProxyType(
     {"sobol": 100, "morris": 10, "ranks": 30}
 )
-"""Fewer blocks, or points, say little. Of Sobol indices some hundreds are usual
-(Saltelli and others 2008, Global Sensitivity Analysis: The Primer), of Morris's effects
-10 to 50 (Campolongo, Cariboni and Saltelli 2007); a rank correlation of 30 points has a
-standard error of 0.19.
+"""Least number of blocks, or points, for a useful estimate.
+
+For Sobol indices some hundreds are usual (Saltelli and others 2008, Global Sensitivity
+Analysis: The Primer), for Morris's effects 10 to 50 (Campolongo, Cariboni and Saltelli
+2007). A rank correlation of 30 points has a standard error of 0.19.
 """
 MOST_NUMBERS = 2_000_000
-"""So many numbers of one resampled column are held at once."""
+"""Largest number of values of one resampled column in memory."""
 
 
 def every_sampler(study: StoredStudy) -> tuple[str, ...]:
-    """What an axis may be sampled by; the points of a table count as a sample, and
-    those of a sampler that only the study has.
+    """Return the samplers that an axis may have.
+
+    The points of a table count as a sample, and so do those of a sampler that only the
+    study has.
     """
     drawn = [axis.sampler for axis in study.axes.values() if axis.sampler]
     own = [name for name in drawn if name not in SEARCH_SAMPLERS]
@@ -73,12 +78,34 @@ def sensitivity(
     resamples: int = RESAMPLES,
     seed: int = 0,
 ) -> pd.DataFrame:
-    """The table of `sobol` for an axis of a `saltelli` sample, of `morris` for one of
-    its own, and else of `rank_correlations`, unless `analysis` names another.
+    """Return the table of the analysis that suits the sampler of an axis.
 
-    `axis` is the sampled one where there are several; the intervals come from so many
-    bootstrap `resamples`, drawn with `seed`. Raises ChoiceError where nothing is
-    sampled, and as the analysis does.
+    It is `sobol` for a `saltelli` sample, `morris` for a `morris` sample, and otherwise
+    `rank_correlations`.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    metric : str
+    axis : str, optional
+        The sampled axis; needed if there are several.
+    analysis : {"sobol", "morris", "ranks"}, optional
+        By default the analysis that suits the sampler.
+    confidence : float, default 0.95
+        Confidence level of the intervals.
+    resamples : int, default 1000
+        Number of bootstrap resamples.
+    seed : int, default 0
+        Seed of the resamples.
+
+    Returns
+    -------
+    DataFrame
+
+    Raises
+    ------
+    ChoiceError
+        Nothing is sampled, or the analysis does not suit the sampler or metric.
     """
     if analysis is None:
         name = study.axes[sampled_axis(study, axis, every_sampler(study))].sampler
@@ -98,16 +125,36 @@ def sobol(
     resamples: int = RESAMPLES,
     seed: int = 0,
 ) -> pd.DataFrame:
-    """Sobol indices over a `saltelli` sample: the share of the variance of `metric`
-    that each setting explains.
+    """Return Sobol indices: the fraction of variance that each parameter explains.
 
-    Columns: index (S1 alone, ST with all interactions, S2 of a pair), setting, other
-    (of the pair, else ""); `raw`, of the means as they are, and `corrected`, without
-    replicate noise (see `sobol_indices`); noise_share, the part of the variance of a
-    mean that is noise; each with _low and _high. Without replicates, and where noise
-    leaves no variance, corrected numbers are NaN, as are intervals where a resample has
-    no value. Raises ChoiceError where no axis has such a sample or several have, for an
-    unknown metric, and where SALib is missing.
+    Parameters
+    ----------
+    study : StoredStudy
+    metric : str
+    axis : str, optional
+        The axis with a sample made for Sobol indices; needed if there are several.
+    confidence : float, default 0.95
+        Confidence level of the intervals.
+    resamples : int, default 1000
+        Number of bootstrap resamples.
+    seed : int, default 0
+        Seed of the resamples.
+
+    Returns
+    -------
+    DataFrame
+        Columns: index (S1 alone, ST with all interactions, S2 of a pair), setting, and
+        other (of the pair, else ""). Each of the following has _low and _high: `raw`,
+        from the means as they are; `corrected`, without replicate noise (see
+        `sobol_indices`); and noise_share, the fraction of the variance of a mean that
+        is noise. Without replicates, and if noise leaves no variance, `corrected` is
+        NaN. Bounds are NaN if a resample has no value.
+
+    Raises
+    ------
+    ChoiceError
+        No axis has such a sample or several have, the metric is unknown, or SALib is
+        not installed.
     """
     if find_spec(SALIB.name) is None:
         raise ChoiceError(
@@ -116,8 +163,8 @@ def sobol(
             study.name,
         )
     chosen = sampled_axis(study, axis, made_for("sobol"))
-    table = _table(study, metric, chosen, index_analysis, confidence, resamples, seed)
-    return _of(table, "sobol")
+    bootstrap = _Bootstrap(confidence, resamples, seed)
+    return _table(study, metric, chosen, "sobol", bootstrap=bootstrap)
 
 
 def morris(
@@ -129,23 +176,46 @@ def morris(
     resamples: int = RESAMPLES,
     seed: int = 0,
 ) -> pd.DataFrame:
-    """Elementary effects over a `morris` sample (Morris 1991, Technometrics 33,
-    161-174), in the unit of `metric`.
+    """Return elementary effects (Morris 1991, Technometrics 33, 161-174).
 
-    An effect is the change of the metric by a step of one setting, divided by the step
-    as a part of the range of the setting (for other than uniform distributions: of its
-    probability). Columns: setting; noise, the standard deviation that replicate noise
-    alone gives effects, NaN without replicates; mu, mu_star and sigma, the mean of
-    effects, of their absolute values (Campolongo, Cariboni and Saltelli 2007,
-    Environmental Modelling and Software 22, 1509-1518) and their standard deviation,
-    each with _low and _high. Noise makes mu_star and sigma larger. Trajectories on few
-    levels share points, whose noise their intervals then take for effect. The sign of
-    mu means nothing for a setting of texts. Raises ChoiceError as `sobol`, without a
-    need of SALib.
+    An effect is the change of the metric by a step of one parameter, divided by the
+    step as a fraction of the range of the parameter. For other than uniform
+    distributions it is a fraction of the probability. Noise makes mu_star and sigma
+    larger. Trajectories on few levels share points, and the intervals then count the
+    noise of these points as effect.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    metric : str
+    axis : str, optional
+        The axis with a sample made for elementary effects; needed if there are several.
+    confidence : float, default 0.95
+        Confidence level of the intervals.
+    resamples : int, default 1000
+        Number of bootstrap resamples.
+    seed : int, default 0
+        Seed of the resamples.
+
+    Returns
+    -------
+    DataFrame
+        All numbers are in the unit of the metric. Columns: setting; noise, the standard
+        deviation of effects by replicate noise alone, NaN without replicates; and, each
+        with _low and _high, mu, mu_star and sigma. These are the mean of effects, the
+        mean of their absolute values (Campolongo, Cariboni and Saltelli 2007,
+        Environmental Modelling and Software 22, 1509-1518) and their standard
+        deviation. The sign of mu has no meaning for a parameter whose values are
+        strings.
+
+    Raises
+    ------
+    ChoiceError
+        No axis has such a sample or several have, or the metric is unknown.
     """
     chosen = sampled_axis(study, axis, made_for("morris"))
-    table = _table(study, metric, chosen, effect_analysis, confidence, resamples, seed)
-    return _of(table, "morris")
+    bootstrap = _Bootstrap(confidence, resamples, seed)
+    return _table(study, metric, chosen, "morris", bootstrap=bootstrap)
 
 
 def rank_correlations(
@@ -157,19 +227,41 @@ def rank_correlations(
     resamples: int = RESAMPLES,
     seed: int = 0,
 ) -> pd.DataFrame:
-    """How monotonically `metric` goes with each setting of a sampled axis, whatever the
-    sampler.
+    """Return rank correlations of a metric with each parameter of a sampled axis.
 
-    Columns: setting; spearman, the correlation of ranks, and partial, that of what the
-    ranks of the axis's other settings leave of both (Iman and Helton 1988, Risk
-    Analysis 8, 71-90), each with _low and _high. NaN for a setting of texts, and where
-    a rank does not vary or is determined by the others. Replicate noise makes them
-    smaller. Equal points count once, except in blocks. Raises ChoiceError as `sobol`
-    does; SALib is not needed.
+    They do not depend on the sampler. Replicate noise makes them smaller. Equal points
+    count once, except in blocks.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    metric : str
+    axis : str, optional
+        The sampled axis; needed if there are several.
+    confidence : float, default 0.95
+        Confidence level of the intervals.
+    resamples : int, default 1000
+        Number of bootstrap resamples.
+    seed : int, default 0
+        Seed of the resamples.
+
+    Returns
+    -------
+    DataFrame
+        Columns: setting; and, each with _low and _high, spearman, the correlation of
+        ranks, and partial, the correlation given the ranks of the axis's other
+        parameters (Iman and Helton 1988, Risk Analysis 8, 71-90). They are NaN for a
+        parameter whose values are strings, and if a rank does not vary or is determined
+        by the others.
+
+    Raises
+    ------
+    ChoiceError
+        No axis is sampled or several are, or the metric is unknown.
     """
     chosen = sampled_axis(study, axis, every_sampler(study))
-    table = _table(study, metric, chosen, rank_analysis, confidence, resamples, seed)
-    return _of(table, "ranks")
+    bootstrap = _Bootstrap(confidence, resamples, seed)
+    return _table(study, metric, chosen, "ranks", bootstrap=bootstrap)
 
 
 ANALYSES: dict[Analyses, Callable[..., pd.DataFrame]] = {
@@ -177,59 +269,67 @@ ANALYSES: dict[Analyses, Callable[..., pd.DataFrame]] = {
     "morris": morris,
     "ranks": rank_correlations,
 }
-"""By the name that samplers give to the one that they are made for."""
+"""Functions by the names that samplers give to the analysis that they are made for."""
+
+ESTIMATES: Mapping[Analyses, Callable[[SampledAxis], Analysis]] = MappingProxyType(
+    {"sobol": index_analysis, "morris": effect_analysis, "ranks": rank_analysis}
+)
+"""Estimates of one sample, by the same names."""
+
+
+class _Bootstrap(NamedTuple):
+    """The level of confidence intervals, and the number and seed of resamples."""
+
+    confidence: float
+    resamples: int
+    seed: int
 
 
 def _table(
     study: StoredStudy,
     metric: str,
     axis: str,
-    analyse: Callable[[SampledAxis], Analysis],
-    confidence: float,
-    resamples: int,
-    seed: int,
+    name: Analyses,
+    *,
+    bootstrap: _Bootstrap,
 ) -> pd.DataFrame:
     rows = []
     for sample in samples(study, metric, axis):
-        analysis = analyse(sample)
-        values, resampled = _estimated(analysis, len(sample.whole), resamples, seed)
+        analysis = ESTIMATES[name](sample)
+        values, resampled = _estimated(analysis, len(sample.complete), bootstrap)
         for place, row in enumerate(analysis.rows):
-            found = sample.at | row
-            for number, name in enumerate(analysis.names):
-                found |= _interval(
-                    name, values[number, place], resampled[number, place], confidence
-                )
-            rows.append(found | sample.counts())
+            cells = sample.at | row
+            for number, column in enumerate(analysis.names):
+                low, high = _interval(resampled[number, place], bootstrap.confidence)
+                cells |= {column: float(values[number, place])}
+                cells |= {f"{column}_low": low, f"{column}_high": high}
+            rows.append(cells | sample.counts())
     table = pd.DataFrame(rows)
     table.attrs = {
         "study": study.name,
         "metric": metric,
         "unit": study.units.get(metric, ""),
-        "confidence": confidence,
+        "confidence": bootstrap.confidence,
+        "fewest": FEWEST[name],
     }
     return table
 
 
-def _of(table: pd.DataFrame, analysis: Analyses) -> pd.DataFrame:
-    table.attrs["fewest"] = FEWEST[analysis]
-    return table
-
-
 def _estimated(
-    analysis: Analysis, blocks: int, resamples: int, seed: int
+    analysis: Analysis, blocks: int, bootstrap: _Bootstrap
 ) -> tuple[Floats, Floats]:
-    """The numbers (names, rows), and those of the resamples (names, rows, resamples);
-    none of fewer than two blocks.
+    """Return the estimates, (names, rows), and those of the resamples.
+
+    The latter have the shape (names, rows, resamples), with no resample of fewer than
+    two blocks.
     """
     shape = (len(analysis.names), len(analysis.rows))
     if blocks == 0:
         return np.full(shape, np.nan), np.empty((*shape, 0))
     values = analysis.estimate(np.arange(blocks)[:, None])[:, :, 0]
-    drawn = (
-        np.random.default_rng(seed)
-        .integers(blocks, size=(resamples if blocks > 1 else 0, blocks))
-        .T
-    )
+    resamples = bootstrap.resamples if blocks > 1 else 0
+    random = np.random.default_rng(bootstrap.seed)
+    drawn = random.integers(blocks, size=(resamples, blocks)).T
     step = max(1, MOST_NUMBERS // blocks)
     parts = [
         analysis.estimate(drawn[:, start : start + step])
@@ -238,13 +338,10 @@ def _estimated(
     return values, np.concatenate([np.empty((*shape, 0)), *parts], axis=2)
 
 
-def _interval(
-    name: str, value: float, resampled: Floats, confidence: float
-) -> dict[str, object]:
-    """`value` as `name`, and its interval, NaN where a resample has no value."""
+def _interval(resampled: Floats, confidence: float) -> tuple[float, float]:
+    """Return the confidence interval, NaN if a resample has no value."""
+    if not (len(resampled) and np.isfinite(resampled).all()):
+        return np.nan, np.nan
     tail = (1.0 - confidence) / 2
-    known = len(resampled) > 0 and bool(np.isfinite(resampled).all())
-    low, high = (
-        np.quantile(resampled, [tail, 1.0 - tail]) if known else (np.nan, np.nan)
-    )
-    return {name: float(value), f"{name}_low": float(low), f"{name}_high": float(high)}
+    low, high = np.quantile(resampled, [tail, 1.0 - tail])
+    return float(low), float(high)

@@ -1,5 +1,7 @@
-"""The figure of a table of `sweep.methods.sensitivity`: bars with intervals, a row a
-setting, and a panel for each combination of the other axes.
+"""The figure of a table of `sweep.methods.sensitivity`.
+
+It has bars with confidence intervals, one row per parameter, and one panel per
+combination of the other axes.
 """
 
 from collections.abc import Iterator
@@ -26,8 +28,9 @@ COLUMNS = 3
 
 
 class Bars(NamedTuple):
-    """The bars of one kind of number: their label, their rows, and value, low and high
-    of each, a table (rows, 3).
+    """The bars of one kind of number.
+
+    They have a label, names of rows, and a table of value, low and high, (rows, 3).
     """
 
     label: str
@@ -36,10 +39,10 @@ class Bars(NamedTuple):
 
 
 def sensitivity_figure(table: pd.DataFrame) -> Figure:
-    """The figure of a table that `sobol`, `morris` or `rank_correlations` returned.
+    """Draw a table that `sobol`, `morris` or `rank_correlations` returned.
 
-    Sobol indices are drawn without replicate noise where they are known so, else as
-    those of the means as they are. An interval that is not known is not drawn.
+    Sobol indices are drawn without replicate noise if such are known, otherwise as the
+    indices of the means as they are. An unknown confidence interval is not drawn.
     """
     panels = list(_panels(table))
     rows = list(
@@ -73,18 +76,19 @@ def sensitivity_figure(table: pd.DataFrame) -> Figure:
 
 
 def _panels(table: pd.DataFrame) -> Iterator[tuple[str, pd.DataFrame]]:
-    """The parts of the table in which the settings of other axes are equal, each with
-    these settings in words.
+    """Yield the parts of the table in which parameters of other axes are equal.
+
+    Each part comes after these parameters in words.
     """
     first = "index" if "index" in table else "setting"
-    others = list(table.columns[: list(table.columns).index(first)])
-    if not others:
+    grouping = list(table.columns[: list(table.columns).index(first)])
+    if not grouping:
         yield "", table
         return
-    for key, part in table.groupby(others, sort=False):
+    for key, part in table.groupby(grouping, sort=False):
         yield (
             ", ".join(
-                f"{name} = {value}" for name, value in zip(others, key, strict=True)
+                f"{name} = {value}" for name, value in zip(grouping, key, strict=True)
             ).replace("_", " "),
             part,
         )
@@ -117,7 +121,7 @@ def _one(label: str, part: pd.DataFrame, name: str) -> Bars:
 
 
 def _shown(table: pd.DataFrame) -> str:
-    """The column of the indices to draw: those without noise, where any is known."""
+    """Return the column of indices to draw: without noise, if any is known."""
     return "corrected" if table["corrected"].notna().any() else "raw"
 
 
@@ -135,12 +139,14 @@ def _draw(axes: Axes, kinds: list[Bars], rows: list[str]) -> None:
         )
         value, low, high = bars.values.to_numpy(np.float64).T
         axes.barh(places, value, height=0.9 * height, color=colour, alpha=0.25)
-        draw_values(axes, places, (value, low, high), colour, marker, bars.label)
+        values = (value, low, high)
+        draw_values(axes, places, values, colour, marker=marker, label=bars.label)
     axes.tick_params(axis="both", labelsize=8, labelbottom=True)
 
 
 def _quantity(table: pd.DataFrame) -> str:
-    metric, unit = str(table.attrs["metric"]).replace("_", " "), table.attrs["unit"]
+    metric = str(table.attrs["metric"]).replace("_", " ")
+    unit = table.attrs["unit"]
     if "index" in table:
         return f"share of the variance of {metric}"
     if "mu_star" in table:
@@ -149,8 +155,10 @@ def _quantity(table: pd.DataFrame) -> str:
 
 
 def _note(table: pd.DataFrame) -> str:
-    """The note of the figure: the study, how much it rests on, and the kind of interval
-    and number.
+    """Return the note of the figure.
+
+    It has the study, the numbers of blocks and trials, and the kind of confidence
+    interval and number.
     """
     each = " a panel" if len(list(_panels(table))) > 1 else ""
     unit = "points" if "spearman" in table else "blocks of points"
@@ -172,7 +180,7 @@ def _note(table: pd.DataFrame) -> str:
 
 
 def _intervals(table: pd.DataFrame) -> str:
-    """Which intervals are drawn, or why there are none."""
+    """Return the kind of confidence intervals in words, or why there are none."""
     known = [
         (bars.values.iloc[:, 1].notna()).any()
         for _, part in _panels(table)
@@ -185,7 +193,10 @@ def _intervals(table: pd.DataFrame) -> str:
 
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
-    """One figure of each metric. Raises ChoiceError where the study has none."""
+    """Return one figure per metric.
+
+    Raises ChoiceError if the study samples no parameters, or has too many panels.
+    """
     selection = select(study)
     if not selection.sampled:
         raise ChoiceError(
@@ -194,8 +205,8 @@ def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
             "sensitivity",
         )
     axis = sampled_axis(study, None, every_sampler(study))
-    about = study.axes[axis]
-    selection.panels(selection.apart(about.settings), "sensitivity")
+    sampled = study.axes[axis].settings
+    selection.panels(selection.apart(sampled), "sensitivity")
 
     def draw(name: str) -> Figure:
         return sensitivity_figure(sensitivity(study, name, axis))

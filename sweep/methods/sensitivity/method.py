@@ -1,4 +1,4 @@
-"""Which settings matter: its entry."""
+"""The entry of sensitivity analysis."""
 
 from typing import TYPE_CHECKING
 

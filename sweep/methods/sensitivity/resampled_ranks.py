@@ -1,8 +1,8 @@
-"""Rank correlations of each setting of a sample with a metric, in many resamples.
+"""Rank correlations of each parameter of a sample with a metric, in many resamples.
 
-The points are put in order once. A resample is how often each point is drawn: the ranks
-in it are sums of these counts, those of equal values the mean of their places, just as
-if what was drawn had been ranked anew.
+The points are sorted once. A resample is the number of times that each point is drawn.
+The ranks in it are sums of these counts, and equal values share the mean of their
+ranks. So the ranks equal those of a new ranking of the drawn points.
 """
 
 from typing import NamedTuple
@@ -19,38 +19,41 @@ from sweep.methods.sensitivity.sampled import (
 )
 
 FEWEST = 4
-"""A rank correlation needs so many points."""
+"""Fewest points of a rank correlation."""
 
 DETERMINED = 1e-9
-"""Others determine a rank if they leave less than this part of its variance."""
+"""Fraction of its variance, below which the other parameters determine a rank."""
 
 ROUNDING = 1e-14
-"""Eigenvalues of a correlation matrix are not told from 0 below it."""
+"""Eigenvalues of a correlation matrix below it are rounding errors of 0."""
 
 Drawn = NDArray[np.int32]
-"""How often each of n points is in each resample, (n, resamples)."""
+"""Number of times that each of n points is in each resample, (n, resamples)."""
 
 AT_ONCE = 100_000
-"""So many points, counted once a resample, are ranked at once. Twice as many leave the
-cache and take a quarter longer.
+"""Number of points, times resamples, that are ranked at once.
+
+Twice as many do not fit the cache and take a quarter longer.
 """
 
 
 def rank_analysis(sample: SampledAxis) -> Analysis:
-    """Spearman's correlation of each setting with the metric, and the partial one given
-    the ranks of the other settings.
+    """Return the rank correlations of each parameter with the metric.
+
+    They are Spearman's, and the partial one given the ranks of the other parameters.
     """
     settings = [
         numbers(sample.settings[setting], texts=False) for setting in sample.settings
     ]
     orders = [_Order.of(column) for column in (*settings, sample.means)]
-    whole, points = sample.whole, len(sample.means)
+    blocks = sample.complete
+    points = len(sample.means)
     step = max(1, AT_ONCE // points)
 
     def estimate(drawn: Blocks) -> Floats:
         parts = [
             _correlations(
-                orders, _counts(whole[drawn[:, first : first + step].T], points)
+                orders, _counts(blocks[drawn[:, first : first + step].T], points)
             )
             for first in range(0, drawn.shape[1], step)
         ]
@@ -64,8 +67,10 @@ def rank_analysis(sample: SampledAxis) -> Analysis:
 
 
 class _Order(NamedTuple):
-    """The order of the values of n points: `places` (n,) sorts them, and those equal to
-    that of a point stand from its `first` to before its `last`, (n,) each.
+    """The order of the values of n points.
+
+    `places` (n,) sorts them. In this order the values equal to that of a point are at
+    its `first` to before its `last`, (n,) each.
     """
 
     places: NDArray[np.intp]
@@ -74,14 +79,16 @@ class _Order(NamedTuple):
 
     @classmethod
     def of(cls, values: Floats) -> "_Order":
+        """Return the order of values, (n,)."""
         places = np.argsort(values, kind="stable")
         ordered = values[places]
         first, last = (ordered.searchsorted(values, side) for side in ("left", "right"))
         return cls(places, first, last)
 
     def ranks(self, counts: Drawn) -> Floats:
-        """Twice the ranks in resamples, less those of their middle, (n, resamples);
-        `counts` (n, resamples) says how often each point is drawn.
+        """Return twice the ranks in resamples, less their mean rank, (n, resamples).
+
+        `counts` (n, resamples) is the number of times that each point is drawn.
         """
         below = np.zeros((len(counts) + 1, counts.shape[1]), np.int32)
         np.cumsum(counts[self.places], axis=0, out=below[1:])
@@ -90,8 +97,9 @@ class _Order(NamedTuple):
 
 
 def _counts(drawn: Blocks, points: int) -> Drawn:
-    """How often each of so many points is drawn with blocks (resamples, blocks, size)
-    of them, (points, resamples).
+    """Return the number of times that each point is drawn, (points, resamples).
+
+    `drawn` has the points of the drawn blocks, (resamples, blocks, size).
     """
     resamples = len(drawn)
     cells = drawn.reshape(resamples, -1) + points * np.arange(resamples)[:, None]
@@ -100,43 +108,48 @@ def _counts(drawn: Blocks, points: int) -> Drawn:
 
 
 def _correlations(orders: list[_Order], counts: Drawn) -> Floats:
-    """Spearman's and the partial correlations (2, D, resamples) of the D first columns
-    with the last; NaN where they are not defined.
+    """Return Spearman's and the partial correlations, (2, D, resamples).
+
+    They are of the first D columns with the last one, and NaN if not defined.
     """
     products = _products([order.ranks(counts) for order in orders], counts)
     variances = np.diagonal(products, axis1=1, axis2=2)
-    varies, drawn = variances > 0.0, counts.sum(axis=0)[:, None]
+    varies = variances > 0.0
+    drawn = counts.sum(axis=0)[:, None]
     scale = np.sqrt(np.where(varies, variances, 1.0))
     matrix = np.clip(products / (scale[:, :, None] * scale[:, None, :]), -1.0, 1.0)
     defined = varies[:, :-1] & varies[:, -1:] & (drawn >= FEWEST)
     enough = drawn > varies.sum(axis=1, keepdims=True) + 1
-    found = np.stack([matrix[:, :-1, -1], _partial(matrix)])
-    return np.where([defined, defined & enough], found, np.nan).transpose(0, 2, 1)
+    both = np.stack([matrix[:, :-1, -1], _partial(matrix)])
+    return np.where([defined, defined & enough], both, np.nan).transpose(0, 2, 1)
 
 
 def _products(ranks: list[Floats], counts: Drawn) -> Floats:
-    """The sums of the products of each two columns of ranks, (resamples, D + 1, D + 1).
-    They are sums of whole numbers, and exact for up to some 200,000 points.
+    """Return sums of products of columns of ranks, (resamples, D + 1, D + 1).
+
+    They are sums of integers, and exact for up to some 200,000 points.
     """
-    found = np.empty((counts.shape[1], len(ranks), len(ranks)))
+    products = np.empty((counts.shape[1], len(ranks), len(ranks)))
     weights = counts.astype(np.float64)
-    for one, column in enumerate(ranks):
+    for i, column in enumerate(ranks):
         weighted = column * weights
-        for other in range(one + 1):
-            product = np.einsum("nr,nr->r", weighted, ranks[other])
-            found[:, one, other] = found[:, other, one] = product
-    return found
+        for j in range(i + 1):
+            product = np.einsum("nr,nr->r", weighted, ranks[j])
+            products[:, i, j] = products[:, j, i] = product
+    return products
 
 
 def _partial(matrix: Floats) -> Floats:
-    """The correlation of each of D settings with the last column given the other
-    settings, (resamples, D), from correlation matrices (resamples, D + 1, D + 1).
+    """Return partial correlations of D parameters with the last column, (resamples, D).
 
-    Settings alone are inverted: the last column may follow from them. A direction in
-    which they do not vary is given as little variance as rounding leaves, so that those
-    who follow from others are found to be determined, and all others keep their value.
+    Each is the correlation given the other parameters. `matrix` has the correlations,
+    (resamples, D + 1, D + 1). Only the part of the parameters is inverted, since the
+    last column may follow from them. A direction in which they do not vary gets as
+    little variance as rounding leaves. So parameters that follow from others count as
+    determined, and all others keep their value.
     """
-    settings, last = matrix[:, :-1, :-1], matrix[:, :-1, -1]
+    settings = matrix[:, :-1, :-1]
+    last = matrix[:, :-1, -1]
     values, vectors = np.linalg.eigh(settings)
     roots = vectors / np.sqrt(np.maximum(values, ROUNDING))[:, None, :]
     explained = (roots.transpose(0, 2, 1) @ last[:, :, None])[:, :, 0]
@@ -148,5 +161,5 @@ def _partial(matrix: Floats) -> Floats:
     left_of_last = by_all + slopes * slopes * left
     known = np.minimum(left, left_of_last) >= DETERMINED
     root = np.sqrt(np.where(known, left_of_last, 1.0))
-    found = np.clip(slopes * np.sqrt(left) / root, -1.0, 1.0)
-    return np.where(known, found, np.nan)
+    partial = np.clip(slopes * np.sqrt(left) / root, -1.0, 1.0)
+    return np.where(known, partial, np.nan)

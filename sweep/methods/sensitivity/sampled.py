@@ -1,9 +1,8 @@
-"""The points of a sampled axis as a stored study has them: means over replicates, and
-what is noise in them.
+"""Points of a sampled axis of a stored study: means over replicates, and their noise.
 
-Replicates are told apart by seed and replicate. Streams that are common to all points
-make the trials of one replicate alike at all of them; what they add everywhere is no
-effect of a setting and is taken off.
+Seed and replicate identify a replicate. Streams that are common to all points change
+the trials of one replicate in the same way at all points. This common change is no
+effect of a parameter and is subtracted.
 """
 
 from collections.abc import Callable, Iterator
@@ -30,14 +29,25 @@ REPLICATE = ["seed", "replicate"]
 
 @dataclass(frozen=True, eq=False)
 class SampledAxis:
-    """One sample of the settings of an axis, at one value `at` of each setting of the
-    other axes.
+    """One sample of the parameters of an axis, at one value of each other axis.
 
-    `settings` has a row for each of the P points. `means` (P,) are those over
-    replicates, NaN where no trial has a value, and `residuals` (P, K) what the K
-    replicates differ by from them, NaN where there is none. `rows` (B, size) says which
-    points form the blocks, single ones where the axis has no blocks. Of the T `trials`,
-    `without_value` have none.
+    Attributes
+    ----------
+    at : dict
+        Values of the parameters of the other axes.
+    settings : DataFrame
+        Values of the parameters of the axis, one row for each of the P points.
+    means : array
+        Means over replicates, (P,). NaN if no trial has a value.
+    residuals : array
+        Differences of the K replicates from the means, (P, K). NaN for no value.
+    rows : array of int
+        Points of each block, (B, size); single points if the axis has no blocks.
+    levels : int or None
+        Number of levels of a `morris` sample.
+    trials : int
+    without_value : int
+        Number of trials without a value.
     """
 
     at: dict[str, object]
@@ -50,15 +60,17 @@ class SampledAxis:
     without_value: int
 
     @property
-    def whole(self) -> NDArray[np.intp]:
-        """The blocks (b, size) of which every point has a value."""
+    def complete(self) -> NDArray[np.intp]:
+        """The blocks (b, size) whose points all have a value."""
         return self.rows[np.isfinite(self.means[self.rows]).all(axis=1)]
 
     def counts(self) -> dict[str, int]:
-        """What a table says of the sample: blocks used and left out, trials, and those
-        without a value.
+        """Return the last columns of a table of the sample.
+
+        They are the numbers of blocks that are used and left out, of trials, and of
+        trials without a value.
         """
-        used = len(self.whole)
+        used = len(self.complete)
         return {
             "blocks": used,
             "blocks_left_out": len(self.rows) - used,
@@ -66,14 +78,24 @@ class SampledAxis:
             "trials_without_value": self.without_value,
         }
 
-    def noise(self, one: NDArray[np.intp], other: NDArray[np.intp]) -> Floats:
-        """The covariance of the replicate noise in the means of points `one` and
-        `other`, (b,) each.
+    def noise(self, points: NDArray[np.intp], partners: NDArray[np.intp]) -> Floats:
+        """Return the covariance of the replicate noise in the means of two points.
 
-        It is estimated from the replicates that both have, and NaN where these are
-        fewer than two. A point with itself gives the variance of its mean, s^2 / n.
+        It is estimated from the replicates that both points have. A point with itself
+        gives the variance of its mean, s^2 / n.
+
+        Parameters
+        ----------
+        points, partners : array of int
+            Indices of the first and of the second points, (b,) each.
+
+        Returns
+        -------
+        array
+            Covariances, (b,). NaN for fewer than two common replicates.
         """
-        first, second = self.residuals[one], self.residuals[other]
+        first = self.residuals[points]
+        second = self.residuals[partners]
         both = np.isfinite(first) & np.isfinite(second)
         products = np.where(both, first * second, 0.0).sum(axis=1)
         shared = both.sum(axis=1)
@@ -87,10 +109,11 @@ class SampledAxis:
 
 
 class Analysis(NamedTuple):
-    """What is asked of a sample: numbers with these `names` for each of `rows`, whose
-    first columns these are.
+    """The estimates of an analysis of a sample.
 
-    `estimate` gives them for each choice of blocks, (names, rows, resamples).
+    A table has the first columns `rows`, and an estimate for each of `names`.
+    `estimate` returns the estimates for each choice of blocks, (names, rows,
+    resamples).
     """
 
     rows: list[dict[str, object]]
@@ -101,10 +124,29 @@ class Analysis(NamedTuple):
 def sampled_axis(
     study: StoredStudy, axis: str | None, samplers: tuple[str, ...]
 ) -> str:
-    """The axis of `study` that one of `samplers` drew: the one named, or the only one
-    there is. Raises ChoiceError.
+    """Return the axis of a study that one of some samplers drew.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    axis : str or None
+        Name of the axis; None for the only one.
+    samplers : tuple of str
+        Names of samplers.
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    ChoiceError
+        The study joins several designs, no axis has such a sample or is named `axis`,
+        several axes have one and none is named, or `where` chooses among the values of
+        the sampled parameters.
     """
-    axes, designs = study.axes, study.about.designs
+    axes = study.axes
+    designs = study.about.designs
     if designs:
         raise ChoiceError(
             f"its points are those of {len(designs)} designs: a sample is analysed in a"
@@ -125,7 +167,7 @@ def sampled_axis(
             f"several axes are sampled, say which: {', '.join(having)}", study.name
         )
     chosen = axis or having[0]
-    within = (study.whole.chooser.names(one) for one in study.conditions)
+    within = (study.whole.chooser.names(condition) for condition in study.conditions)
     named = (*study.chosen, *chain.from_iterable(within))
     if fixed := [name for name in named if name in axes[chosen].settings]:
         raise ChoiceError(
@@ -137,12 +179,30 @@ def sampled_axis(
 
 
 def samples(study: StoredStudy, metric: str, axis: str) -> Iterator[SampledAxis]:
-    """The samples of `axis`, one for every combination of the other axes. Raises
-    ChoiceError for an unknown metric.
+    """Yield the samples of an axis, one for every combination of the other axes.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    metric : str
+        Name of a column, such as "speed" or "speed_mean".
+    axis : str
+        Name of a sampled axis.
+
+    Yields
+    ------
+    SampledAxis
+
+    Raises
+    ------
+    ChoiceError
+        The metric is unknown.
+    StoreError
+        The plan lacks points of a block.
     """
     study.check_metric(Column.read(metric).metric)
     axes = study.axes
-    others = [
+    grouping = [
         setting for name in axes if name != axis for setting in axes[name].settings
     ]
     done = study.trials[study.trials["status"] == "done"].set_index("trial_id")[metric]
@@ -153,22 +213,20 @@ def samples(study: StoredStudy, metric: str, axis: str) -> Iterator[SampledAxis]
         .astype(np.float64)
         .where(lambda value: np.isfinite(value))
     )
-    for key, part in plan.groupby(others, sort=False) if others else [((), plan)]:
-        yield _sample(part, axes[axis], dict(zip(others, key, strict=True)))
+    for key, part in plan.groupby(grouping, sort=False) if grouping else [((), plan)]:
+        yield _sample(part, axes[axis], dict(zip(grouping, key, strict=True)))
 
 
-def _sample(part: pd.DataFrame, about: AxisAbout, at: dict[str, object]) -> SampledAxis:
-    settings = part.drop_duplicates("point").set_index("point")[about.settings]
+def _sample(part: pd.DataFrame, axis: AxisAbout, at: dict[str, object]) -> SampledAxis:
+    settings = part.drop_duplicates("point").set_index("point")[axis.settings]
     table = part.pivot(index="point", columns=REPLICATE, values="value").loc[
         settings.index
     ]
     means, residuals = _split(table.to_numpy(np.float64))
     rows = (
-        np.arange(len(settings))
-        if about.rows is None
-        else np.array(about.rows, np.intp)
+        np.arange(len(settings)) if axis.rows is None else np.array(axis.rows, np.intp)
     )
-    if len(rows) % about.size or rows.max(initial=-1) >= len(settings):
+    if len(rows) % axis.size or rows.max(initial=-1) >= len(settings):
         raise StoreError(
             f"the plan does not have the {len(settings):,} points in whole blocks;"
             " launch it again"
@@ -178,16 +236,17 @@ def _sample(part: pd.DataFrame, about: AxisAbout, at: dict[str, object]) -> Samp
         settings=settings.reset_index(drop=True),
         means=means,
         residuals=residuals,
-        rows=rows.reshape(-1, about.size),
-        levels=about.levels,
+        rows=rows.reshape(-1, axis.size),
+        levels=axis.levels,
         trials=len(part),
         without_value=int(part["value"].isna().sum()),
     )
 
 
 def _split(values: Floats) -> tuple[Floats, Floats]:
-    """Means (P,) and residuals (P, K) of values (P, K) after the mean effect of each
-    replicate is taken off.
+    """Return means (P,) and residuals (P, K) of values (P, K).
+
+    The mean effect of each replicate is subtracted before.
     """
     alike = known_means(values - known_means(values, 1)[:, None], 0)
     adjusted = values - np.where(np.isfinite(alike), alike, 0.0)
@@ -196,7 +255,10 @@ def _split(values: Floats) -> tuple[Floats, Floats]:
 
 
 def numbers(column: "pd.Series[float]", *, texts: bool) -> Floats:
-    """A setting as numbers: for `texts` any that tell them apart, else NaN."""
+    """Return a parameter as numbers.
+
+    Strings become NaN, or with `texts` numbers that differ if the strings do.
+    """
     if pd.api.types.is_numeric_dtype(column):
         return np.asarray(column, np.float64)
     codes: Floats = pd.factorize(column)[0].astype(np.float64)
@@ -204,7 +266,7 @@ def numbers(column: "pd.Series[float]", *, texts: bool) -> Floats:
 
 
 def known_means(values: Floats, dimension: int) -> Floats:
-    """Means along a dimension of what is not NaN; NaN where nothing is."""
+    """Return means along a dimension of finite values; NaN if there are none."""
     known = np.isfinite(values)
     count = known.sum(axis=dimension)
     total = np.where(known, values, 0.0).sum(axis=dimension)

@@ -1,4 +1,4 @@
-"""Which settings matter at all: elementary effects of Morris's trajectories."""
+"""Elementary effects of Morris's trajectories: a screening of parameters."""
 
 import numpy as np
 
@@ -13,10 +13,11 @@ from sweep.methods.sensitivity.sampled import (
 
 
 def effect_analysis(sample: SampledAxis) -> Analysis:
-    """Mean, mean of the absolute values and standard deviation of the elementary
-    effects of each setting.
+    """Return the analysis of the elementary effects of each parameter.
 
-    An effect is a change over the step, which is a part of the unit interval.
+    The estimates are their mean, the mean of their absolute values and their standard
+    deviation. An effect is a change divided by the step, a fraction of the unit
+    interval.
     """
     assert sample.levels is not None
     step = sample.levels / (2.0 * (sample.levels - 1))
@@ -39,9 +40,13 @@ def effect_analysis(sample: SampledAxis) -> Analysis:
 
 
 def _effects(sample: SampledAxis, step: float) -> tuple[Floats, Floats]:
-    """The effects (settings, b), and by setting their standard deviation from noise."""
-    whole = sample.whole
-    before, after = whole[:, :-1], whole[:, 1:]
+    """Return the effects, (parameters, b), and their standard deviation by noise.
+
+    The latter has the shape (parameters,).
+    """
+    trajectories = sample.complete
+    before = trajectories[:, :-1]
+    after = trajectories[:, 1:]
     settings = np.stack(
         [numbers(sample.settings[setting], texts=True) for setting in sample.settings],
         axis=1,
@@ -51,11 +56,12 @@ def _effects(sample: SampledAxis, step: float) -> tuple[Floats, Floats]:
         np.einsum("bsf,bs->fb", direction, sample.means[after] - sample.means[before])
         / step
     )
-    one, other = before.ravel(), after.ravel()
+    starts = before.ravel()
+    ends = after.ravel()
     variance = (
-        sample.noise(one, one)
-        + sample.noise(other, other)
-        - 2.0 * sample.noise(one, other)
+        sample.noise(starts, starts)
+        + sample.noise(ends, ends)
+        - 2.0 * sample.noise(starts, ends)
     )
     of_field = np.where(
         direction.reshape(-1, settings.shape[1]) != 0.0, variance[:, None], np.nan

@@ -1,17 +1,17 @@
-"""Sobol indices from blocks of means over replicates, as they are and without replicate
-noise.
+"""Sobol indices from blocks of means over replicates, with and without their noise.
 
-The mean of n replicates is f + e: f is what we ask for, e is noise. The product of two
-means has the expectation of the product of their f plus the covariance of their e. So
-every product in the estimators of Saltelli et al. (2010, Computer Physics
-Communications 181, 259-270) loses what the replicates tell of its own part, their
-sample covariance divided by n. For independent noise this is the one-way analysis of
-variance (Searle, Casella and McCulloch 1992, Variance Components, chapter 3) put into
-the estimators: numerators of S1 and S2 keep their expectation, those of ST lose the
-noise variance of a mean, and all are divided by the variance less that. It stays right
-where points share random numbers, which the plain analysis of variance takes for
-independent noise, and where blocks share points. Replicates must be independent of each
-other, and there must be two.
+The mean of n replicates is f + e, with the expectation f and noise e. The product of
+two means has the expectation of the product of their f plus the covariance of their e.
+So each product in the estimators of Saltelli et al. (2010, Computer Physics
+Communications 181, 259-270) is reduced by an estimate of this covariance: the sample
+covariance of the replicates divided by n.
+
+For independent noise this is the one-way analysis of variance (Searle, Casella and
+McCulloch 1992, Variance Components, chapter 3) in the estimators. Numerators of S1 and
+S2 keep their expectation, and those of ST lose the noise variance of a mean. All are
+divided by the variance less this noise variance. It stays right if points share random
+numbers, which the plain analysis of variance takes for independent noise, and if blocks
+share points. Replicates must be independent, and at least two.
 """
 
 from itertools import combinations
@@ -23,12 +23,13 @@ from sweep.methods.sensitivity.sampled import Analysis, Blocks, Floats, SampledA
 
 NAMES = ("raw", "corrected", "noise_share")
 ROUNDING = 1e-12
-"""A metric that varies by less than this part of its size does not vary."""
+"""Fraction of its size, below which a variation of a metric is a rounding error."""
 
 
 class Columns(NamedTuple):
-    """Which point of a block is which: A, B, A with one setting of B (`ab`), and the
-    reverse (`ba`), if there are any.
+    """Indices of the points of a block.
+
+    They are A, B, A with one parameter of B (`ab`), and the reverse (`ba`), if any.
     """
 
     a: int
@@ -38,7 +39,7 @@ class Columns(NamedTuple):
 
     @property
     def pairs(self) -> list[tuple[int, int]]:
-        """The pairs of settings of which the block tells something."""
+        """The pairs of parameters that have an index S2."""
         return list(combinations(range(len(self.ba)), 2))
 
 
@@ -47,18 +48,23 @@ def _columns(settings: int, size: int) -> Columns:
 
 
 def index_analysis(sample: SampledAxis) -> Analysis:
-    """The raw and corrected S1, ST and S2, and noise's share of a mean's variance."""
-    settings, whole = list(sample.settings.columns), sample.whole
-    columns = _columns(len(settings), whole.shape[1])
+    """Return the analysis of raw and corrected S1, ST and S2, and the noise.
+
+    The noise is its fraction of the variance of a mean.
+    """
+    settings = list(sample.settings.columns)
+    blocks = sample.complete
+    columns = _columns(len(settings), blocks.shape[1])
     labels = [("S1", setting, "") for setting in settings] + [
         ("ST", setting, "") for setting in settings
     ]
-    labels += [("S2", settings[one], settings[other]) for one, other in columns.pairs]
+    labels += [("S2", settings[j], settings[k]) for j, k in columns.pairs]
     rows: list[dict[str, object]] = [
-        {"index": name, "setting": one, "other": other} for name, one, other in labels
+        {"index": name, "setting": setting, "other": partner}
+        for name, setting, partner in labels
     ]
-    values = sample.means[whole]
-    spread = values.std() if len(whole) else 0.0
+    values = sample.means[blocks]
+    spread = values.std() if len(blocks) else 0.0
     if spread <= ROUNDING * np.abs(values).max(initial=0.0):
         return Analysis(
             rows,
@@ -67,25 +73,23 @@ def index_analysis(sample: SampledAxis) -> Analysis:
         )
     # Centred values make products of them much more precise, and SALib expects values
     # of the size of one.
-    means, noise = (
-        (values - values.mean()) / spread,
-        _noise(sample, columns) / spread**2,
-    )
+    means = (values - values.mean()) / spread
+    noise = _noise(sample, columns) / spread**2
     return Analysis(rows, NAMES, lambda drawn: _estimates(columns, means, noise, drawn))
 
 
 def _estimates(columns: Columns, means: Floats, noise: Floats, drawn: Blocks) -> Floats:
+    """Return raw, corrected and noise_share, (3, indices, resamples)."""
     from SALib.analyze.sobol import first_order, second_order, total_order
 
-    a, b = means[drawn, columns.a], means[drawn, columns.b]
-    ab, ba = (
-        [means[drawn, column] for column in columns.ab],
-        [means[drawn, column] for column in columns.ba],
-    )
+    a = means[drawn, columns.a]
+    b = means[drawn, columns.b]
+    ab = [means[drawn, column] for column in columns.ab]
+    ba = [means[drawn, column] for column in columns.ba]
     raw = np.array(
         [first_order(a, column, b) for column in ab]
         + [total_order(a, column, b) for column in ab]
-        + [second_order(a, ab[j], ab[k], ba[j], b) for j, k in columns.pairs]
+        + [second_order(a, ab[j], ab[k], ba[j], B=b) for j, k in columns.pairs]
     )
     variance = np.concatenate([a, b]).var(axis=0)
     of_variance, *of_products = _means_of(noise, drawn)
@@ -96,7 +100,10 @@ def _estimates(columns: Columns, means: Floats, noise: Floats, drawn: Blocks) ->
 
 
 def _means_of(noise: Floats, drawn: Blocks) -> Floats:
-    """Means of rows (rows, b) over the known drawn blocks, (rows, resamples)."""
+    """Return means of rows (rows, b) over drawn blocks, (rows, resamples).
+
+    Values that are not finite do not count.
+    """
     blocks, resamples = drawn.shape
     places = drawn + blocks * np.arange(resamples)
     times = (
@@ -113,13 +120,16 @@ def _means_of(noise: Floats, drawn: Blocks) -> Floats:
 
 
 def _noise(sample: SampledAxis, columns: Columns) -> Floats:
-    """What noise adds to the variance and each index's numerator, (1 + indices, b)."""
-    points, noise = sample.whole.T, sample.noise
-    a, b = points[columns.a], points[columns.b]
-    ab, ba = (
-        points[columns.ab.start : columns.ab.stop],
-        points[columns.ba.start : columns.ba.stop],
-    )
+    """Return the part of the variance and of numerators that is noise.
+
+    The shape is (1 + indices, b): the variance first, then the numerator of each index.
+    """
+    points = sample.complete.T
+    noise = sample.noise
+    a = points[columns.a]
+    b = points[columns.b]
+    ab = points[columns.ab.start : columns.ab.stop]
+    ba = points[columns.ba.start : columns.ba.stop]
     first = [noise(b, column) - noise(b, a) for column in ab]
     total = [
         0.5 * (noise(a, a) + noise(column, column)) - noise(a, column) for column in ab
