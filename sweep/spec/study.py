@@ -806,14 +806,7 @@ def _of_model(
         context = context._replace(recorded=record.names)
     looking = [section for section in present if not (section.columns or section.axis)]
     _read_sections(root, looking, context, section_values, mistakes=mistakes)
-    usual_streams: dict[str, Any] = {
-        purpose: kind
-        for section in present
-        for purpose, kind in section.streams.items()
-    }
-    streams = mistakes.read(
-        read_section, Streams, values.get("streams"), **usual_streams
-    )
+    streams = mistakes.read(_streams, values.get("streams"), present)
     mistakes.read(check_beside_continued, root, swept or ())
     mistakes.check()
     axes = swept or ()
@@ -875,6 +868,16 @@ def _check_rules(root: Entry, values: Mapping[str, Any]) -> None:
             "one rule adds trials or points of a study:"
             f' "{key}" cannot stand beside "{growing[0]}"',
         )
+
+
+def _streams(entry: Entry | None, present: Iterable[SpecSection]) -> Streams:
+    """Return the streams; sections of the spec decide about those left out."""
+    kinds = {
+        purpose: kind
+        for section in present
+        for purpose, kind in section.streams.items()
+    }
+    return read_section(Streams, entry, **kinds)
 
 
 def _with_axes(
