@@ -99,9 +99,9 @@ def launch(
 def _strategy(
     study: Study, share: Share | None, results: Location | None
 ) -> Strategy[Progress]:
-    if study.strategic is None:
+    if study.strategy_section is None:
         return FixedStrategy(study)
-    section, value = study.strategic
+    section, value = study.strategy_section
     if share:
         message = (
             "what trials follow depends on all that are stored:"

@@ -41,7 +41,7 @@ def plan_of(study: Study, workers: int, results: Location | None = None) -> Stud
         If the results cannot be read.
     """
     seconds = _compiling_seconds(study)
-    if study.strategic and (make := study.strategic[0].plan):
+    if study.strategy_section and (make := study.strategy_section[0].plan):
         own: StudyPlan = make(study, workers, seconds)
         return own
     plan = make_plan(study, workers, measured_pace(study))

@@ -118,8 +118,8 @@ class _Refined:
         self.study = study
         self.extension = extension
         rule = study.rule
-        if study.strategic and (rule is None or rule.adds_points):
-            section, _ = study.strategic
+        if study.strategy_section and (rule is None or rule.adds_points):
+            section, _ = study.strategy_section
             message = f'"{section.key.name}" in the spec chooses the points itself'
             raise ChoiceError(message, study.name)
         if not 2 <= extension.parts <= MOST_PARTS:

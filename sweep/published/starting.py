@@ -144,7 +144,7 @@ def for_editors(spec: str) -> str:
 
 
 def _built_in(name: str, study: Study, workers: int) -> BuiltInStudy:
-    at_most = study.strategic is not None
+    at_most = study.strategy_section is not None
     plan = plan_of(study, workers)
     return BuiltInStudy(name, study.document.comment, plan, at_most)
 

@@ -491,7 +491,7 @@ class Study:
         return drawn.size
 
     @property
-    def strategic(self) -> tuple[SpecSection, Any] | None:
+    def strategy_section(self) -> tuple[SpecSection, Any] | None:
         """The section with a strategy of its own, and its value, if there is one."""
         values = self.sections.items()
         every = ((sections()[key], value) for key, value in values)
@@ -500,20 +500,20 @@ class Study:
     @property
     def rule(self) -> GrowthRule | None:
         """The rule that adds trials or points after looks at stored trials."""
-        if self.strategic is None or self.strategic[0].stand_in:
+        if self.strategy_section is None or self.strategy_section[0].stand_in:
             return None
-        rule: GrowthRule = self.strategic[1]
+        rule: GrowthRule = self.strategy_section[1]
         return rule
 
     @property
     def command(self) -> str:
         """The command that runs the study and prints what is reported of it."""
-        return self.strategic[0].command if self.strategic else "launch"
+        return self.strategy_section[0].command if self.strategy_section else "launch"
 
     @property
     def has_design(self) -> bool:
         """True if the points of the study are those of its axes, or begin with them."""
-        return self.strategic is None or self.rule is not None
+        return self.strategy_section is None or self.rule is not None
 
     @property
     def stand_in(self) -> "Study":
@@ -521,8 +521,8 @@ class Study:
 
         It is the study itself if it has a design.
         """
-        if self.strategic and (stand_in := self.strategic[0].stand_in):
-            study: Study = stand_in(self, self.strategic[1])
+        if self.strategy_section and (stand_in := self.strategy_section[0].stand_in):
+            study: Study = stand_in(self, self.strategy_section[1])
             return study
         return self
 

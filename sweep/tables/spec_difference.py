@@ -164,8 +164,8 @@ def _version(
             trials=study.plan["trial_id"].combine_chunks(),
             points=study.plan["point"].combine_chunks(),
         )
-    if study.strategic and not study.has_design:
-        section, _ = study.strategic
+    if study.strategy_section and not study.has_design:
+        section, _ = study.strategy_section
         message = (
             f'"{section.key.name}" asks for its trials as it goes:'
             " what it would add is not known before"

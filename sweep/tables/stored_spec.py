@@ -34,8 +34,8 @@ LATER = (
 def command_of(spec: str) -> str:
     """Return the command that runs a stored spec and prints what is reported of it."""
     root = parse_document(spec, Path("stored spec"))
-    strategic = [section for section in sections().values() if section.strategy]
-    commands = (section.command for section in strategic if section.is_in(root))
+    with_strategy = [section for section in sections().values() if section.strategy]
+    commands = (section.command for section in with_strategy if section.is_in(root))
     return next(commands, "launch")
 
 

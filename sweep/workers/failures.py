@@ -106,7 +106,7 @@ class Failures:
     def _sentence(self) -> str:
         study = self.study
         count = len(self.trials)
-        most = "at most " if study.strategic else ""
+        most = "at most " if study.strategy_section else ""
         budget = (
             f"more than failure_budget allows ({study.policy.allowed(self.most):,})"
         )

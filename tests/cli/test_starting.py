@@ -63,7 +63,11 @@ def test_each_is_planned_from_an_empty_folder_as_the_built_in_one(
     with chdir(tmp_path):
         path = begin(name).path
         own, built_in = load_spec(path), load_spec(built_in_specs()[name])
-        plan = make_search_plan if own.strategic and not own.has_design else make_plan
+        plan = (
+            make_search_plan
+            if own.strategy_section and not own.has_design
+            else make_plan
+        )
         assert own.name == f"my/{path.stem}"
         assert replace(plan(own, 2), study=built_in.name) == plan(built_in, 2)
     first, *lines = own.text.splitlines()
