@@ -115,9 +115,12 @@ class Folder:
         move_durably(staged, self.root / staged.name)
 
     def remove(self, name: str) -> None:
-        """Delete a file of the study, if it exists."""
+        """Delete a file of the study, if it exists; the disk holds that it is gone."""
         try:
-            (self.root / name).unlink(missing_ok=True)
+            (self.root / name).unlink()
+            flush_to_disk(self.root)
+        except FileNotFoundError:
+            return
         except OSError as error:
             raise StoreError(
                 f"{self.root / name}: cannot be deleted ({error.strerror})"

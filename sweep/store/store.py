@@ -267,8 +267,14 @@ class Store:
             plan = with_asked(plan.read_all(), requests).to_reader()
         with self.staging(f"plan-{secrets.token_hex(6)}") as staging:
             _write_rows(staging / PLAN, plan)
+            # Up to version 0.18 requests were a file, which counts for a plan without a
+            # column of them. It goes before such a plan is there. Before a plan with
+            # the column it stays, since the earlier plan may still need it.
+            if requests is None:
+                self.place.remove(ASKED)
             self.place.put(staging / PLAN)
-        self.place.remove(ASKED)
+        if requests is not None:
+            self.place.remove(ASKED)
 
     def write_spec(self, text: str) -> None:
         """Replace the spec as last launched, in one step."""

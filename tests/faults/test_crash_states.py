@@ -5,9 +5,12 @@ from itertools import chain, pairwise
 from pathlib import Path
 from random import Random
 
+import pyarrow as pa
 import pyarrow.fs
+import pyarrow.parquet as pq
 import pytest
 
+from sweep.spec.study_folder import ASKED
 from sweep.store.custody import custody
 from sweep.store.durable import flush_to_disk
 from sweep.store.store import Store
@@ -27,6 +30,7 @@ from tests.faults.crash_states import (
     launched,
     record,
     small_world,
+    states,
 )
 
 CERTAIN = ("all names", "all but what is promised")
@@ -127,6 +131,36 @@ def test_a_damaged_part_is_always_somewhere(tmp_path: Path) -> None:
             left = disk.left(held, lambda file: file.held)
             assert b"precious" in left.values(), step
     assert (tmp_path / "results" / "small" / "damaged").is_dir()
+
+
+@pytest.mark.parametrize("searches", [True, False])
+def test_a_new_plan_never_gets_what_an_earlier_search_asked_for(
+    searches: bool, tmp_path: Path
+) -> None:
+    """Up to version 0.18 it was a file of its own. Nor does a search lose its own."""
+    earlier, later = (pa.table({"trial_id": [name]}) for name in ("a", "b"))
+    folder = tmp_path / "recorded" / "study"
+    Store(folder).write_plan(earlier.to_reader())
+    pq.write_table(earlier.append_column("block", pa.array([1])), folder / ASKED)
+    recorder = Recorder(folder.parent)
+    begin, disk, random = len(recorder.steps), Disk(), Random(1)
+    with recorder.recording():
+        requests = later.append_column("block", pa.array([2])) if searches else None
+        Store(folder).write_plan(later.to_reader(), requests)
+    found = set()
+    for number, step in enumerate(recorder.steps):
+        disk.do(step)
+        left = states(disk, random) if number >= begin - 1 else ()
+        for at, (_, tree) in enumerate(left):
+            place = tmp_path / f"{number}-{at}"
+            put(tree, place, age=0.0)
+            store = Store(place / "study")
+            asked = store.read_asked()
+            blocks = None if asked is None else asked["block"].to_pylist()
+            found.add((*store.read_plan()["trial_id"].to_pylist(), str(blocks)))
+    between = set() if searches else {("a", "None")}
+    last = ("b", "[2]" if searches else "None")
+    assert found == {("a", "[1]"), last} | between
 
 
 def test_the_recorder_sees_what_is_written_elsewhere_and_takes_nothing_on_trust(
