@@ -3,7 +3,14 @@
 from dataclasses import replace
 from unittest import SkipTest
 
-from kernels.robots.abilities import abilities, declared, in_source, to_declare
+from kernels.robots.abilities import (
+    abilities,
+    declared,
+    in_source,
+    remedy,
+    to_declare,
+    why_not,
+)
 from sweep.design.motors import LINE
 from sweep.testing.flights import every_way, fly, in_words
 from sweep.testing.places import of_field, of_function
@@ -36,10 +43,10 @@ def motors(subject: Subject) -> None:
     """Check that a trial with actuators drives each boid once in each step."""
     advance = subject.model.advance
     place = of_function(advance)
-    able = abilities(subject.model)
-    if not able.drives:
-        raise SkipTest(f"it calls no `drive`: motors need `{LINE}` before confine")
-    if not able.publishes:
+    if why := why_not(subject.model, "drives"):
+        change = remedy(subject.model, "drives", f"before confine write `{LINE}`")
+        raise SkipTest(f"{why}; for motors {change}")
+    if not abilities(subject.model).publishes:
         raise AssertionError(f"{place}: it calls `drive`, but no `publish`")
     for job in every_way(subject):
         motored = job.settings | {"motor_lag": LAG * float(job.settings["dt"])}
