@@ -432,7 +432,7 @@ def test_memory_is_counted_where_numba_does_not_refuse_it(tmp_path: Path) -> Non
             ),
         ),
         ("robots", "does not say what robots can do: add publishes=False", ()),
-        ("motors", "it calls no `drive`: motors need `vx, vy = drive", ()),
+        ("motors", "for motors before confine write `vx, vy = drive", ()),
         ("symmetries", "it declares no symmetry", ((f"    {SYMMETRIES}\n", ""),)),
         (
             "grid",
