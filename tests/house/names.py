@@ -12,6 +12,7 @@ from sweep.methods.search.known_samplers import SEARCH_SAMPLERS
 from sweep.methods.search.statistics import STATISTICS
 from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.samplers import SAMPLERS
+from sweep.spec.study import sections
 from tests.house.sources import Checkout, Finding, Module
 
 OWN_PLACES = (
@@ -167,6 +168,19 @@ KINDS_ARE = {
 REGISTRIES = (STARTS, SAMPLERS, DISTRIBUTIONS, SEARCH_SAMPLERS, STATISTICS, KINDS)
 
 
+SPINE = tuple(
+    f"sweep/{name}/"
+    for name in (
+        *("spec", "own_code", "design", "trial", "store", "workers", "testing"),
+        *("tables", "campaigns", "figures", "replays", "sharing"),
+    )
+)
+"""What every study passes: it loops over methods, and knows no section of one."""
+WORDS_OF_SECTIONS = {
+    "search": {"sweep/spec/seeds.py"},  # a purpose of random numbers, a part of ids
+}
+
+
 def known_by_name() -> set[str]:
     """Models, metrics, and settings that are the weight of a rule."""
     weights = {rule.weight for model in MODELS.values() for rule in model.rules}
@@ -238,9 +252,16 @@ def nobody_knows_another_entry_by_name(checkout: Checkout) -> Iterator[Finding]:
         yield from _said(module, known, WORDS_OF_ENTRIES, own)
 
 
+def the_spine_knows_no_section_of_a_method(checkout: Checkout) -> Iterator[Finding]:
+    for module in checkout.modules.values():
+        if module.name.startswith(SPINE):
+            yield from _said(module, {*sections()}, WORDS_OF_SECTIONS)
+
+
 RULES = (
     nobody_knows_a_model_a_metric_or_a_weight_by_name,
     no_text_of_the_machine_has_such_a_name_in_it,
     a_model_knows_no_other,
     nobody_knows_another_entry_by_name,
+    the_spine_knows_no_section_of_a_method,
 )
