@@ -31,14 +31,15 @@ def check_flights(studies: Sequence[Study], executor: ExecutorFactory) -> None:
     """Raise one ChoiceError if the engine cannot run trials of these studies.
 
     The error has all reasons. If a rule adds points to a study, only its first points
-    are known now.
+    are known now; if a strategy asks for points of its own, only points like them.
     """
     if executor.flying.device is None:  # a processor flies every trial
         return
     reasons = []
     for study in studies:
         try:
-            executor.flying.check(study, Jobs(study, expand(study)))
+            first = study.stand_in
+            executor.flying.check(first, Jobs(first, expand(first)))
         except ChoiceError as error:
             reasons.append(str(error))
     if reasons:

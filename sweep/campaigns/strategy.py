@@ -2,10 +2,8 @@
 
 A strategy requests trials in rounds. Its requests follow only from the spec and from
 stored results. So the number of workers, the order in which results come back, and
-interruptions change nothing. Methods have strategies of their own. Those here are:
-
-    FixedStrategy    one round: all trials of the design
-    SearchStrategy   a round per rung of a race, and one for the held-out trials
+interruptions change nothing. `FixedStrategy` has one round, with all trials of the
+design. Methods have strategies of their own, such as a round per rung of a race.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence

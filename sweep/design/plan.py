@@ -136,7 +136,7 @@ class Plan:
         growing = [
             key
             for key, section in sections().items()
-            if section.strategy and not section.stand_in
+            if section.strategy and not section.has_own_points
         ]
         members |= {**dict.fromkeys(growing), "boundary": ""}
         if rule := self.rule:

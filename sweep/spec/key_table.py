@@ -12,7 +12,7 @@ from sweep.spec.study import spec_parts
 HEAD = """\
 # The keys of a spec
 
-`make documents` writes this page from the descriptions in `sweep/spec`.
+`make documents` writes this page from the descriptions of the keys.
 [GUIDE.md](../GUIDE.md#writing-a-spec) shows how to use them, and `sweep models MODEL`
 lists the settings of a model. A dot leads to a key of a mapping, NAME stands for a
 name of yours, and [] for each part of a list. What stands under an axis, as

@@ -100,9 +100,10 @@ def _definitions(known: Catalogue, samplers: Mapping[str, Sampler]) -> Schema:
         "built_in_map": {"enum": list(known.maps)},
     }
     names |= {"own_code": OWN_CODE_FORM, "shape": shape_schema()}
+    by_section: Schema = {}
     for section in sections().values():
-        names |= section.definitions()
-    return names | _forms(samplers) | kinds(known) | models
+        by_section |= section.definitions()
+    return by_section | names | _forms(samplers) | kinds(known) | models
 
 
 def _of_parts(known: Catalogue) -> str:

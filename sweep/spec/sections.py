@@ -22,7 +22,7 @@ from sweep.spec.maps import OwnMap
 from sweep.spec.recorded import KnownMetrics
 from sweep.spec.replication import Replication
 from sweep.spec.schema_parts import Schema
-from sweep.spec.settings import Setting, Value
+from sweep.spec.settings import Setting, Value, Values
 
 Shape = Any
 """Shape of a value from JSON, as `sweep.store.regular.fits` compares it."""
@@ -83,7 +83,7 @@ class SettingValues(NamedTuple):
     """
 
     place: Place
-    values: Sequence[Value]
+    values: Sequence[Value] | Values
 
 
 class ModelSchemas(NamedTuple):
@@ -237,7 +237,8 @@ class SpecSection:
         Returns the columns of trials that are recorded for the section, from its value.
         Such a section is read before the record: its context has all metrics.
     columns_under
-        Keys of the section whose content has a key for each of some columns.
+        Keys of the section whose content has a key for each of some columns. As
+        `streams` and `model_schema`, it is for a section under a key of its own.
     streams
         Kinds of streams that a spec with the section leaves out, by purpose.
     definitions
@@ -283,6 +284,11 @@ class SpecSection:
     looks_at: Callable[[Any], tuple[str, ...]] = lambda _record: ()
     variants: Callable[[Any, Any], Sequence[StudyVariant]] = _no_variants
     check_recorded: Callable[[Any, Mapping[str, Any]], None] = lambda *_: None
+
+    @property
+    def has_own_points(self) -> bool:
+        """True if the strategy asks for points that no axis of the study has."""
+        return self.stand_in is not None
 
     @property
     def place(self) -> Place:

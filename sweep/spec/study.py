@@ -500,7 +500,7 @@ class Study:
     @property
     def rule(self) -> GrowthRule | None:
         """The rule that adds trials or points after looks at stored trials."""
-        if self.strategy_section is None or self.strategy_section[0].stand_in:
+        if self.strategy_section is None or self.strategy_section[0].has_own_points:
             return None
         rule: GrowthRule = self.strategy_section[1]
         return rule
@@ -519,7 +519,8 @@ class Study:
     def stand_in(self) -> "Study":
         """A study of a design with trials like those of this study.
 
-        It is the study itself if it has a design.
+        It is the study itself if it has a design. Else it lacks the section with the
+        strategy, and the values that the section gives settings.
         """
         if self.strategy_section and (stand_in := self.strategy_section[0].stand_in):
             study: Study = stand_in(self, self.strategy_section[1])
@@ -564,7 +565,7 @@ class Study:
             return in_full(derived[name])
         return declaration_of(self.known.metrics[name])
 
-    @property
+    @cached_property
     def section_values(self) -> Mapping[str, SettingValues]:
         """The values that sections give settings, by setting."""
         return {
@@ -793,7 +794,7 @@ def _of_model(
         swept = mistakes.read(_with_axes, root, added, swept)
     context = context._replace(axes=swept)
     # What a section records may be what another one looks at.
-    recording = [section for section in present if section.columns]
+    recording = [section for section in present if section.columns and not section.axis]
     _read_sections(root, recording, context, section_values, mistakes=mistakes)
     columns = [
         column
@@ -991,7 +992,7 @@ def _record(
 ) -> RecordSpec:
     """Return the record of a spec.
 
-    It has the metrics that derived ones and the columns of a search need.
+    It has the metrics that derived ones and the columns of sections need.
     """
     known = metrics.known
     usual = known.models[metrics.model].metrics

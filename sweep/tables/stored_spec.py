@@ -33,7 +33,12 @@ LATER = (
 
 def command_of(spec: str) -> str:
     """Return the command that runs a stored spec and prints what is reported of it."""
-    root = parse_document(spec, Path("stored spec"))
+    try:
+        root = parse_document(spec, Path("stored spec"))
+    except SpecError:  # a store may come from anyone
+        return "launch"
+    if not isinstance(root.value, dict):
+        return "launch"
     with_strategy = [section for section in sections().values() if section.strategy]
     commands = (section.command for section in with_strategy if section.is_in(root))
     return next(commands, "launch")

@@ -334,6 +334,13 @@ def _changes(study: Study, results: Location) -> tuple[str, int]:
 
     For a study that is not stored, return the number of its trials.
     """
+    if study.strategy_section and not study.has_design:
+        section, _ = study.strategy_section
+        message = (
+            "a page launches trials that are known before; run"
+            f' "sweep {section.command}" for "{section.key.name}"'
+        )
+        raise study.document.error(section.place, message)
     if not place_of(results / study.name, results).content():
         count = len(Jobs(study, expand(study)))
         return f"new study  {study.name}, {so_many(count, 'trial')} to run", count

@@ -681,7 +681,7 @@ def test_a_launch_of_a_search_runs_the_search(tmp_path: Path) -> None:
     study = parse_spec(TINY)
     launched = launch(study, tmp_path, Serial())
     assert launched.statuses == {"done": launched.trials}
-    assert read_asked(StoredStudy("tiny", tmp_path)).about["finished"]
+    assert read_asked(StoredStudy("tiny", tmp_path)).description["finished"]
     again = search(study, tmp_path, Serial())
     assert (again.stored, again.statuses) == (launched.trials, {})
 

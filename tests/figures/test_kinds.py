@@ -14,10 +14,12 @@ import pytest
 from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
+from sweep import figures
 from sweep.cli.app import app
 from sweep.errors import ChoiceError, StoreError
 from sweep.figures import KINDS, Choices, FigureKind, Planned
 from sweep.figures.kinds import draw_figures, plan_figures
+from sweep.method import own_methods
 from sweep.tables.stored_study import StoredStudy
 from tests.cases import slow_but
 from tests.plotted import SPECS, study
@@ -382,3 +384,9 @@ def test_the_command_prints_the_paths_and_what_is_left_out(tmp_path: Path) -> No
     assert sorted(path.name for path in folder.iterdir()) == sorted(
         path.name for path in wanted
     )
+
+
+def test_every_figure_of_a_method_is_offered_to_notebooks() -> None:
+    names = [name for method in own_methods().values() for name in method.in_figures]
+    assert "history_figure" in names
+    assert all(callable(getattr(figures, name)) for name in names)

@@ -185,7 +185,7 @@ class Doubling:
     grows = True
     looks_at = ("speed",)
 
-    def __init__(self, study, rule):
+    def __init__(self, study, rule, _results):
         self.study, self.rule = study, rule
         self.design = expand(study)
         points = self.design.n_points

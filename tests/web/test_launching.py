@@ -14,6 +14,7 @@ from sweep.tables.stored_study import StoredStudy
 from sweep.web.launching import Launcher, proposed, spec_like, stored_spec
 from tests.commands import sweep
 from tests.patience import PATIENCE
+from tests.searches import TINY
 from tests.studies import IMPOSSIBLE, OWN_SMALL, SMALL, launched, same
 
 MORE = SMALL.replace("replicates: 3", "replicates: 4")
@@ -127,6 +128,12 @@ def test_a_new_study_in_a_new_file(folder: Path) -> None:
     with pytest.raises(UserError):
         launcher.launch(text, found.digest)
     assert (folder / "new.yaml").read_text() == "somebody has been faster"
+
+
+def test_a_page_launches_no_search(launcher: Launcher) -> None:
+    search = TINY.replace("study: tiny", "study: small")
+    with pytest.raises(SpecError, match='run "sweep search" for "search"'):
+        launcher.proposed(search)
 
 
 def test_a_file_that_cannot_be_is_said_at_once(folder: Path) -> None:

@@ -38,3 +38,7 @@ figure_repetitions   the repetitions of a search as figures
 export               a study of optuna
 method               the entry of a search
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -105,7 +105,8 @@ def make_search_plan(
     search = section_of(study)
     check_candidates(study)
     references(study)
-    scenarios = replace(study.stand_in, replicates=1, seeds=None)
+    # With the section, so that notes and the probe know which parameters are searched.
+    scenarios = replace(study, axes=search.over, require=(), replicates=1, seeds=None)
     pace = measured_pace(scenarios)
     design = expand(scenarios)
     cost = study_cost(scenarios, design, pace)

@@ -269,7 +269,7 @@ def _coerced(setting: Setting, entry: Entry) -> Value:
 def _setting_values(search: Search) -> dict[str, SettingValues]:
     """Return the values of the searched settings and of the scenarios, by setting."""
     scenarios = {
-        name: SettingValues((KEY.name, "over", axis.name), column.tolist())
+        name: SettingValues((KEY.name, "over", axis.name), column)
         for axis in search.over
         for name, column in axis.columns.items()
     }

@@ -85,6 +85,8 @@ class SearchStrategy:
             yield from self._new(self._judge(searched), look)
         self.description["finished"] = True
         self.progress.trials = len(self.known.trials)
+        rows = (row for phase in self.phases for row in phase.rows())
+        self.progress.points = len({row.job.point for row in rows})
         yield self._round([])
 
     def _search(self, run: Run) -> Iterator[list[Job]]:
