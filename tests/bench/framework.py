@@ -83,10 +83,10 @@ def _meter_chunks(folder: str) -> None:
     meter = np.memmap(Path(folder) / f"{os.getpid()}.meter", float, "w+", shape=1)
     run_chunk = worker.run_chunk
 
-    def metered(*arguments: Any) -> Any:
+    def metered(*arguments: Any, **named: Any) -> Any:
         began = time.thread_time()
         try:
-            return run_chunk(*arguments)
+            return run_chunk(*arguments, **named)
         finally:
             meter[0] += time.thread_time() - began
 
