@@ -82,16 +82,18 @@ def engine(
     Raises
     ------
     WorkersError
-        The engine is unknown, options exclude each other, a package is missing, or a
-        scheduler does not answer.
+        The engine is unknown or incomplete, options exclude each other, a package is
+        missing, or a scheduler does not answer.
     """
     from sweep.errors import WorkersError
     from sweep.text import unknown
-    from sweep.workers.engines import ENGINES, EngineOptions
+    from sweep.workers.engines import ENGINES, MEMBERS, EngineOptions
 
     if name not in ENGINES:
         raise WorkersError(unknown("executor", name, ENGINES))
     factory = ENGINES[name].make(EngineOptions(workers, address, scheduler_file))
+    if lacking := [member for member in MEMBERS if not hasattr(factory, member)]:
+        raise WorkersError(f'executor "{name}": its engine lacks {", ".join(lacking)}')
     try:
         yield factory
     finally:

@@ -16,6 +16,8 @@ from sweep.errors import WorkersError
 from sweep.text import installing
 from sweep.workers.executors import ExecutorFactory
 
+MEMBERS = ("workers", "start", "stop", "check", "watch", "flying")
+"""Members of an `ExecutorFactory`, which every engine has."""
 ADDRESS = re.compile(r"[a-z]+://.+:\d+")
 
 

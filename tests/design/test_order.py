@@ -102,5 +102,5 @@ def test_the_order_is_in_no_id() -> None:
 
 
 def test_a_search_has_no_order() -> None:
-    with pytest.raises(SpecError, match='leave "order" out'):
+    with pytest.raises(SpecError, match='a study with "search" takes no "order"'):
         parse_spec(TINY + "order: coarse\n")

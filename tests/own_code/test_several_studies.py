@@ -6,6 +6,7 @@ import pytest
 
 from sweep.cli.running import launch, plan
 from sweep.errors import SpecError
+from sweep.methods.search.asked_trials import read_asked
 from sweep.own_code.reading import load_spec, load_specs, schema_for
 from sweep.spec.strict_yaml import parse_document
 from sweep.tables.stored_study import StoredStudy
@@ -85,7 +86,15 @@ def test_commands_take_each_study(
 
 
 def test_nothing_runs_if_one_of_them_cannot(tmp_path: Path) -> None:
-    paper, results = written(tmp_path, BOTH + "---" + TINY), tmp_path / "results"
-    with pytest.raises(SpecError, match='this study is a search: run it with "sweep'):
+    nothing = TINY + "require: [n > 1000]\n"
+    paper, results = written(tmp_path, BOTH + "---" + nothing), tmp_path / "results"
+    with pytest.raises(SpecError, match='reference "usual" cannot be'):
         launch(paper, workers=1, results=results)
     assert not results.exists()
+
+
+def test_a_search_may_be_one_of_them(tmp_path: Path) -> None:
+    paper, results = written(tmp_path, BOTH + "---" + TINY), tmp_path / "results"
+    launch(paper, workers=1, results=results)
+    assert len(StoredStudy("small", results).trials) == 6
+    assert read_asked(StoredStudy("tiny", results)).description["finished"]

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from sweep.workers.engines import ENGINES, EngineOptions
+from sweep.workers.engines import ENGINES, MEMBERS, EngineOptions
 from sweep.workers.executors import ExecutorFactory, NotYetError
 from sweep.workers.watch import Limits
 from tests.cases import slow_but
@@ -138,6 +138,29 @@ def test_an_engine_of_a_package_launches(tmp_path: Path) -> None:
     assert refused.returncode == 2
     assert refused.stderr == "--workers: a thread is one worker\n"
     assert json.loads(done.stdout)["new"] == {"done": 6}
+
+
+def test_an_engine_that_lacks_members_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "spec.yaml").write_text(SMALL)
+    text = INLINE.replace("OneThread(FliesOnProcessors)", "OneThread").replace(
+        "def watch", "def look"
+    )
+    packages = install(
+        tmp_path,
+        {"boidsweep.engines": {"thread": "inline.engine:ENGINE"}},
+        {"__init__.py": "", "engine.py": text},
+        name="inline",
+    )
+    launch = ("launch", "spec.yaml", "--executor", "thread")
+    (refused,) = started_in_turn(tmp_path, packages, launch)
+    assert refused.returncode == 2
+    assert refused.stderr == 'executor "thread": its engine lacks watch, flying\n'
+    assert not (tmp_path / "results").exists()
+
+
+def test_the_members_of_an_engine_are_those_of_its_protocol() -> None:
+    protocol = {name for name in vars(ExecutorFactory) if not name.startswith("_")}
+    assert {*MEMBERS} == protocol
 
 
 def test_a_name_that_no_engine_has_is_refused(tmp_path: Path) -> None:
