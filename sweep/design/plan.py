@@ -26,7 +26,7 @@ LEAST_SAID = 0.1
 class StudyPlan(Protocol):
     """Estimates of any study, also of one whose section has a plan of its own.
 
-    The members are those of `Plan`.
+    The members are those that all plans have, as `Plan` describes them.
     """
 
     @property
@@ -38,16 +38,44 @@ class StudyPlan(Protocol):
         """Name of the model."""
 
     @property
+    def preset(self) -> str:
+        """Name of the preset."""
+
+    @property
+    def code(self) -> tuple[str, ...]:
+        """Files with custom code that the study runs."""
+
+    @property
     def trials(self) -> int:
         """Number of trials, or the largest number."""
 
     @property
     def cpu_seconds(self) -> float:
-        """Processor time of all trials."""
+        """Processor time of all trials, in s."""
 
     @property
     def wall_seconds(self) -> float:
-        """Time with all workers."""
+        """Time with all workers, in s."""
+
+    @property
+    def workers(self) -> int:
+        """Number of workers."""
+
+    @property
+    def result_bytes(self) -> float:
+        """Bytes in the store."""
+
+    @property
+    def on_error(self) -> str:
+        """Failure policy, in words."""
+
+    @property
+    def probe_steps(self) -> int:
+        """Steps of the probe that estimated the seconds, or 0."""
+
+    @property
+    def compiling_seconds(self) -> float:
+        """Additional wall time, once, in s."""
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -256,7 +256,7 @@ class SpecSection:
         None if nothing is recorded: a stored study then does not know the section,
         unless the table of what its strategy has asked for describes it.
     shape
-        Shape of the record. Given with `recorded`.
+        Shape of the record. A section with `recorded` and without it is left out.
     check_recorded
         Raises ValueError for a record of that shape that is impossible, from the record
         and all that the plan says of its study.
@@ -285,14 +285,6 @@ class SpecSection:
     looks_at: Callable[[Any], tuple[str, ...]] = lambda _record: ()
     variants: Callable[[Any, Any], Sequence[StudyVariant]] = _no_variants
     check_recorded: Callable[[Any, Mapping[str, Any]], None] = lambda *_: None
-
-    def __post_init__(self) -> None:
-        """Raise ValueError for a record without its shape."""
-        if self.recorded and self.shape is None:
-            raise ValueError(
-                f'the section "{self.key.name}" is recorded: give the "shape" of the'
-                " record too"
-            )
 
     @property
     def has_own_points(self) -> bool:

@@ -628,7 +628,8 @@ def sections() -> Mapping[str, SpecSection]:
     """Return the sections of all methods by their keys.
 
     A section of a package is left out, with a warning, if its key is a key of a study
-    or of another method, or if another section is the form of that key already.
+    or of another method, if another section is the form of that key already, or if it
+    is recorded without the shape of its record.
     """
     own = {key.name for key in keys_of(Study, Policy)}
     by_key = dict[str, SpecSection]()
@@ -638,6 +639,9 @@ def sections() -> Mapping[str, SpecSection]:
             taken = key in own or key in by_key
             if taken or (section.form_of and form_of(section.form_of) is not section):
                 log.warning('the section "%s" of %s: its key is taken', key, name)
+            elif section.recorded and section.shape is None:
+                message = 'the section "%s" of %s: its record has no "shape"'
+                log.warning(message, key, name)
             else:
                 by_key[key] = section
     return by_key

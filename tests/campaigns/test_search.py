@@ -681,7 +681,9 @@ def test_a_launch_of_a_search_runs_the_search(tmp_path: Path) -> None:
     study = parse_spec(TINY)
     launched = launch(study, tmp_path, Serial())
     assert launched.statuses == {"done": launched.trials}
-    assert read_asked(StoredStudy("tiny", tmp_path)).description["finished"]
+    stored = StoredStudy("tiny", tmp_path)
+    assert launched.points == len({*stored.plan["point"].to_pylist()})
+    assert read_asked(stored).description["finished"]
     again = search(study, tmp_path, Serial())
     assert (again.stored, again.statuses) == (launched.trials, {})
 
@@ -719,6 +721,33 @@ def test_a_launch_under_the_name_of_a_search_makes_it_a_study(results: Path) -> 
     )
     with pytest.raises(ChoiceError, match="not a search"):
         read_asked(StoredStudy("tiny", results))
+
+
+@pytest.mark.parametrize(
+    ("parameters", "said"),
+    [
+        ("alignment_weight: {uniform: [0, 1]}", True),
+        ("contact_distance: {uniform: [0.01, 0.5]}", False),
+    ],
+)
+def test_the_plan_of_a_search_has_no_note_on_a_searched_setting(
+    parameters: str, said: bool
+) -> None:
+    """Its value in the preset, which is too large for the world, is not used."""
+    text = f"""
+study: contacts
+model: nanobot
+fixed: {{width: 9, height: 9, n: 3, steps: 2}}
+search:
+  parameters: {{{parameters}}}
+  objectives: {{boid_collisions: {{minimize: mean}}}}
+  budget: 12
+  held_out: {{candidates: 1, replicates: 3}}
+replicates: 3
+record: {{metrics: [boid_collisions]}}
+"""
+    notes = make_search_plan(parse_spec(text), 1).notes
+    assert any("contact_distance is 5" in note for note in notes) is said
 
 
 @pytest.mark.parametrize(

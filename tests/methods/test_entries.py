@@ -363,12 +363,13 @@ def test_a_section_of_a_package_decides_which_trials_run(tmp_path: Path) -> None
     assert table.stdout.count("\n") == 3
 
 
-def test_a_key_that_is_taken_and_a_second_rule_are_said(tmp_path: Path) -> None:
+def test_a_section_that_cannot_be_and_a_second_rule_are_said(tmp_path: Path) -> None:
     """A package can bring no section under a key of ours, and a study has one rule."""
     offered = {
         "doubling": "doubling.method:METHOD",
         "seeding": "doubling.seeding:METHOD",
         "forming": "doubling.forming:METHOD",
+        "shapeless": "doubling.shapeless:METHOD",
     }
     files = {
         "__init__.py": "",
@@ -376,6 +377,9 @@ def test_a_key_that_is_taken_and_a_second_rule_are_said(tmp_path: Path) -> None:
         "seeding.py": DOUBLING.replace('name="double"', 'name="seed"'),
         "forming.py": DOUBLING.replace('name="double"', 'name="again"').replace(
             "read=read", 'form_of="replicates", read=read'
+        ),
+        "shapeless.py": DOUBLING.replace('name="double"', 'name="loose"').replace(
+            '    shape={"times": int},\n', ""
         ),
     }
     packages = install(tmp_path, {"boidsweep.methods": offered}, files, name="doubling")
@@ -389,6 +393,8 @@ def test_a_key_that_is_taken_and_a_second_rule_are_said(tmp_path: Path) -> None:
     assert plan.returncode == 0
     assert 'the section "seed" of seeding: its key is taken' in plan.stderr
     assert 'the section "again" of forming: its key is taken' in plan.stderr
+    said = 'the section "loose" of shapeless: its record has no "shape"'
+    assert said in plan.stderr
     assert 'two.yaml:11: one rule adds trials or points of a study: "double"' in (
         refused.stderr
     )

@@ -33,6 +33,7 @@ from tests import devices
 from tests.commands import sweep
 from tests.devices import InThisProcess, InWorkers
 from tests.faults.campaign import tables
+from tests.searches import TINY
 from tests.studies import IMPOSSIBLE, SMALL, launched, read
 
 MANY = SMALL.replace("replicates: 3", "replicates: 10")
@@ -201,6 +202,18 @@ def test_all_reasons_are_said_at_once_and_nothing_is_written(tmp_path: Path) -> 
         first,
         first.replace("small", "other"),
     ]
+
+
+def test_a_search_is_checked_by_trials_like_those_that_it_asks_for() -> None:
+    """The condition rejects the preset, and no candidate."""
+    search = TINY.replace("fixed: {n: 12, steps: 9}", "fixed: {steps: 9}").replace(
+        "parameters:", "parameters:\n    n: {integers: [10, 20]}"
+    )
+    study = read(search.replace("usual: {", "usual: {n: 10, ") + "require: [n <= 20]\n")
+    assert study.preset_settings["n"] > 20
+    engine = InThisProcess(refusal=lambda _job: "it is too heavy")
+    with pytest.raises(ChoiceError, match="it is too heavy"):
+        check_flights([study], engine)
 
 
 def test_a_trial_that_cannot_begin_is_not_refused_and_says_why_itself(
