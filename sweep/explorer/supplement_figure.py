@@ -17,7 +17,7 @@ from sweep.figures.selection import MOST_BY_DEFAULT, MOST_COLOURS, Selection, ha
 from sweep.spec.recorded import Column
 from sweep.tables.choosing import spelled
 from sweep.tables.point_means import PointMeans
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables.results import Results
 
 Form = Literal["lines", "points", "cells", "rows"]
 
@@ -140,9 +140,9 @@ def figure_data(
     }
 
 
-def _text(study: StoredStudy, metric: str) -> str:
+def _text(study: Results, metric: str) -> str:
     """Return the description of a metric; of a derived one its name."""
-    known = study.known.metrics.get(metric)
+    known = study.known_metrics.get(metric)
     return known.text if known else metric.replace("_", " ")
 
 

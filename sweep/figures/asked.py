@@ -13,6 +13,7 @@ from sweep.store.locations import Location
 from sweep.tables.choosing import Refusals
 from sweep.tables.joined import JoinedStudies
 from sweep.tables.kept_apart import keep_apart
+from sweep.tables.results import Results
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import similar, unknown
 
@@ -20,7 +21,7 @@ from sweep.text import similar, unknown
 class PlotArguments(NamedTuple):
     """One study, or several joined, and the names of kinds and of files with kinds."""
 
-    study: StoredStudy
+    study: Results
     kinds: list[str]
 
 
@@ -73,7 +74,7 @@ def plot_arguments(
     )
 
 
-def check_shared(study: StoredStudy, metrics: Iterable[str]) -> None:
+def check_shared(study: Results, metrics: Iterable[str]) -> None:
     """Raise ChoiceError for each metric that joined studies do not share."""
     refusals = Refusals()
     left_out = study.left_out

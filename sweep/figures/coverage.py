@@ -144,7 +144,8 @@ def draw_coverage(layout: CoverageLayout) -> Figure:
 
 def _panel(axes: Axes, selection: Selection, visits: Visits, most: float) -> AxesImage:
     pixel = selection.trials.set_index("trial_id")["pixel"][visits.trials[0]]
-    world = selection.study.world(visits.trials[0])
+    (stored,) = selection.study.parts
+    world = stored.world(visits.trials[0])
     if not visits.same_obstacles:
         world = world._replace(obstacles=np.empty((0, 5)))
     unit = selection.study.units.get("width", "")
@@ -161,7 +162,8 @@ def _visits(selection: Selection, facets: list[Facet]) -> list[Visits]:
     trial_ids = pa.array(
         [trial for trials in panel_trials for trial in trials], pa.string()
     )
-    stored = selection.study.read("heatmaps", trial_ids)
+    (study,) = selection.study.parts
+    stored = study.read("heatmaps", trial_ids)
     row_of = {
         trial: number for number, trial in enumerate(stored["trial_id"].to_pylist())
     }
@@ -213,7 +215,7 @@ def _short_names(selection: Selection) -> dict[str, str]:
     """Return the short names of the recorded metrics that have one."""
     return {
         name: metric.short
-        for name, metric in selection.study.known.metrics.items()
+        for name, metric in selection.study.known_metrics.items()
         if metric.short and name in selection.study.metrics
     }
 

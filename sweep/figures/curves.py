@@ -37,7 +37,7 @@ from sweep.figures.selection import (
 from sweep.figures.style import COLOURS, LINE_STYLES, STYLE
 from sweep.spec.recorded import Column
 from sweep.tables.choosing import as_names
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables.results import Results
 from sweep.text import unknown
 
 MOST_LINES = 60
@@ -58,7 +58,7 @@ class Curves(NamedTuple):
 
 
 def metric_curves(
-    study: StoredStudy,
+    study: Results,
     by: str | None = None,
     metrics: str | Sequence[str] = (),
 ) -> Figure:
@@ -69,7 +69,7 @@ def metric_curves(
 
     Parameters
     ----------
-    study : StoredStudy
+    study : Results
     by : str, optional
         Parameter with one line per value; by default the listed parameter with the
         fewest values. A legend shows up to 7 values, a colour bar up to 60 numbers.
@@ -90,7 +90,7 @@ def metric_curves(
 
 
 def curves_layout(
-    study: StoredStudy,
+    study: Results,
     by: str | None,
     metrics: Sequence[str],
 ) -> Curves:
@@ -98,7 +98,7 @@ def curves_layout(
 
     Parameters
     ----------
-    study : StoredStudy
+    study : Results
     by : str or None
     metrics : sequence of str
         All series metrics if empty.
@@ -123,7 +123,7 @@ def curves_layout(
     return Curves(selection, names, chosen, facets)
 
 
-def series_metrics(study: StoredStudy) -> list[str]:
+def series_metrics(study: Results) -> list[str]:
     """Return the metrics stored frame by frame. Raises ChoiceError without any."""
     if not study.series_metrics:
         raise ChoiceError(
@@ -283,7 +283,7 @@ def _norm(layout: Curves) -> Normalize:
     return kind(float(values.min()), float(values.max()))
 
 
-def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
+def plan(study: Results, choices: Choices) -> list[Planned]:
     """Plan one figure of all metrics, or one per metric if parameters need panels too.
 
     Raises ChoiceError if the study has no curves.
@@ -307,7 +307,7 @@ def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
     ]
 
 
-def marks(study: StoredStudy, choices: Choices) -> FigureMarks:
+def marks(study: Results, choices: Choices) -> FigureMarks:
     """Return the figure of the first chosen or first series metric as marks."""
     names = [Column.read(name).metric for name in choices.plain(study)]
     chosen = names[:1] if choices.metrics else series_metrics(study)[:1]
@@ -360,6 +360,6 @@ KIND = FigureKind(
     "each series metric against time, mean and band",
     ("by",),
     plan,
-    of_several=True,
+    plan_joined=plan,
     marks=marks,
 )

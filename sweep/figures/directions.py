@@ -9,7 +9,7 @@ from kernels.metrics import Better
 from sweep.figures.selection import recorded
 from sweep.method import methods
 from sweep.spec.recorded import Column
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables.results import Results
 
 
 class Direction(NamedTuple):
@@ -22,7 +22,7 @@ class Direction(NamedTuple):
         return f"{'high' if self.high else 'low'} {self.metric.replace('_', ' ')}"
 
 
-def direction(study: StoredStudy, text: str) -> Direction:
+def direction(study: Results, text: str) -> Direction:
     """Read a direction, such as `coverage+` for high values or `coverage_cv-` for low.
 
     A metric without a sign has the direction of its better values. Raises ChoiceError
@@ -37,7 +37,7 @@ def direction(study: StoredStudy, text: str) -> Direction:
     )
 
 
-def shown_metrics(study: StoredStudy) -> list[str]:
+def shown_metrics(study: Results) -> list[str]:
     """Return the metrics that figures show by default.
 
     They are the objectives of a search, or else all recorded metrics.
@@ -45,7 +45,7 @@ def shown_metrics(study: StoredStudy) -> list[str]:
     return [*_optimized(study)] or study.metrics
 
 
-def opposed_metrics(study: StoredStudy) -> list[str]:
+def opposed_metrics(study: Results) -> list[str]:
     """Return two metrics to trade off against each other, or none.
 
     They are the first two objectives of a search. Else they are the first metric whose
@@ -61,7 +61,7 @@ def opposed_metrics(study: StoredStudy) -> list[str]:
     return [better[0], worse[0]] if better and worse else []
 
 
-def better_values(study: StoredStudy, column: str) -> Better:
+def better_values(study: Results, column: str) -> Better:
     """Return which values of a metric, or of its mean over the second half, are better.
 
     An objective of a search on this column decides first, then one on its metric, then
@@ -73,19 +73,20 @@ def better_values(study: StoredStudy, column: str) -> Better:
     for optimized in exact or high:
         if Column.read(optimized).metric == metric:
             return "high" if high[optimized] else "low"
-    known_metric = study.known.metrics.get(metric)
+    known_metric = study.known_metrics.get(metric)
     return known_metric.better if known_metric else "neither"
 
 
-def _more_is_better(study: StoredStudy, column: str) -> bool:
+def _more_is_better(study: Results, column: str) -> bool:
     """Return True if high values are better, also if neither are."""
     return better_values(study, column) != "low"
 
 
-def _optimized(study: StoredStudy) -> dict[str, bool]:
+def _optimized(study: Results) -> dict[str, bool]:
     """Return the columns that methods optimize, True if high values are better."""
     return {
         column: is_high
+        for part in study.parts
         for method in methods().values()
-        for column, is_high in method.directions(study).items()
+        for column, is_high in method.directions(part).items()
     }

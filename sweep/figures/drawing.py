@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from kernels.shapes import Obstacle, Polygon
 from sweep.figures.style import BLUE, COLOURS, GREY
 from sweep.spec.recorded import Column
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables.results import Results
 from sweep.text import harmless, shortened
 from sweep.trial.world import TrialWorld
 
@@ -379,7 +379,7 @@ def _inches(figure: Figure, box: Legend) -> tuple[float, float]:
     return extent.width / figure.dpi, extent.height / figure.dpi
 
 
-def quantity(study: StoredStudy, name: str) -> str:
+def quantity(study: Results, name: str) -> str:
     """Return a metric or a parameter in words, with its unit: `flock radius (px)`.
 
     The column `<metric>_mean` is the mean of a metric over the second half of a trial;

@@ -39,7 +39,7 @@ from sweep.figures.scales import (
 from sweep.figures.selection import Facet, Selection, has_scale, recorded, select
 from sweep.figures.style import STYLE
 from sweep.spec.recorded import Column, Over, column_over
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables.results import Results
 
 MOST_LISTED = 30
 """The most values of a listed parameter that are not divided into bins."""
@@ -95,7 +95,7 @@ class Heatmap(NamedTuple):
 
 
 def heatmap_figure(
-    study: StoredStudy,
+    study: Results,
     metric: str,
     x: str | None = None,
     y: str | None = None,
@@ -112,7 +112,7 @@ def heatmap_figure(
 
     Parameters
     ----------
-    study : StoredStudy
+    study : Results
     metric : str
     x, y : str, optional
         Parameters of the axes; by default the first sampled parameters, then the listed
@@ -134,7 +134,7 @@ def heatmap_figure(
 
 
 def heatmap_layout(
-    study: StoredStudy,
+    study: Results,
     metric: str,
     x: str | None,
     y: str | None,
@@ -143,7 +143,7 @@ def heatmap_layout(
 
     Parameters
     ----------
-    study : StoredStudy
+    study : Results
     metric : str
         Column of the trials.
     x, y : str or None
@@ -427,7 +427,7 @@ def _note(layout: Heatmap, table: pd.DataFrame, cells: list[Cells]) -> str:
     )
 
 
-def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
+def plan(study: Results, choices: Choices) -> list[Planned]:
     """Plan one figure per metric. Raises ChoiceError if a heatmap does not suit."""
     names = choices.plain(study)
     layouts = [heatmap_layout(study, name, choices.x, choices.y) for name in names]
@@ -437,7 +437,7 @@ def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
     ]
 
 
-def marks(study: StoredStudy, choices: Choices) -> FigureMarks:
+def marks(study: Results, choices: Choices) -> FigureMarks:
     """Return the figure of the first metric as marks, one per cell."""
     metric = choices.plain(study)[0]
     layout = heatmap_layout(study, metric, choices.x, choices.y)
@@ -508,5 +508,5 @@ def _resolved(cells: Cells) -> NDArray[np.bool_]:
 
 
 KIND = FigureKind(
-    "a metric over two settings", ("x", "y"), plan, of_several=True, marks=marks
+    "a metric over two settings", ("x", "y"), plan, plan_joined=plan, marks=marks
 )

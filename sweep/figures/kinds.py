@@ -23,7 +23,7 @@ from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.saving import about_study, save
 from sweep.figures.selection import select
 from sweep.method import own_methods
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables.results import Results
 from sweep.text import unknown
 
 KINDS: Registry[FigureKind] = Registry(
@@ -58,7 +58,7 @@ class Plot(NamedTuple):
 
 
 def plan_figures(
-    study: StoredStudy,
+    study: Results,
     names: Sequence[str],
     choices: Choices,
     known: Mapping[str, FigureKind] = KINDS,
@@ -67,7 +67,7 @@ def plan_figures(
 
     Parameters
     ----------
-    study : StoredStudy
+    study : Results
         One study, or several joined.
     names : sequence of str
         Names of kinds; if empty, all kinds that suit the study.
@@ -122,7 +122,7 @@ def plan_figures(
 
 
 def _check(
-    study: StoredStudy,
+    study: Results,
     names: Sequence[str],
     choices: Choices,
     known: Mapping[str, FigureKind],
@@ -142,7 +142,7 @@ def _check(
 
 
 def draw_figures(
-    study: StoredStudy,
+    study: Results,
     plot: Plot,
     folder: Path,
     formats: Sequence[str],
@@ -152,7 +152,7 @@ def draw_figures(
 
     Parameters
     ----------
-    study : StoredStudy
+    study : Results
     plot : Plot
     folder : Path
         Folder of the files.

@@ -30,7 +30,7 @@ from sweep.figures.scales import Floats, is_logarithmic, places
 from sweep.figures.selection import Facet, Selection, has_scale, select
 from sweep.figures.style import STYLE, VERMILION
 from sweep.spec.recorded import Over, column_over
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables.results import Results
 
 BEST = 0.05
 INK = 3.5
@@ -55,7 +55,7 @@ class Upright(NamedTuple):
 
 
 def parallel_figure(
-    study: StoredStudy,
+    study: Results,
     metric: str,
     *,
     over: Over = "last",
@@ -67,7 +67,7 @@ def parallel_figure(
 
     Parameters
     ----------
-    study : StoredStudy
+    study : Results
     metric : str
         May have a direction: `coverage+` asks for the highest values, `coverage_cv-`
         for the lowest.
@@ -88,7 +88,7 @@ def parallel_figure(
 
 
 def parallel_layout(
-    study: StoredStudy,
+    study: Results,
     metric: str,
 ) -> Parallel:
     """Return the layout of `parallel_figure`, or raise its ChoiceError."""
@@ -264,7 +264,7 @@ def _scaled(values: Floats, every: Floats, ticks: list[float], *, log: bool) -> 
     )
 
 
-def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
+def plan(study: Results, choices: Choices) -> list[Planned]:
     """Plan one figure per metric. Raises ChoiceError if the kind does not suit."""
     layouts = [parallel_layout(study, name) for name in choices.columns(study)]
     return [

@@ -34,7 +34,7 @@ from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.selection import Facet, Selection, select
 from sweep.figures.style import COLOURS, GREY, MARKERS, STYLE
 from sweep.spec.recorded import Column, Over, column_over
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables.results import Results
 
 MOST_INTERVALS = 60
 
@@ -53,7 +53,7 @@ class Pareto(NamedTuple):
 
 
 def pareto_figure(
-    study: StoredStudy,
+    study: Results,
     first: str | None = None,
     second: str | None = None,
     *,
@@ -71,7 +71,7 @@ def pareto_figure(
 
     Parameters
     ----------
-    study : StoredStudy
+    study : Results
     first, second : str, optional
         Metrics with their directions: `coverage+` asks for high values, `coverage_cv-`
         for low ones. By default they are the first two objectives of a search. Else
@@ -98,7 +98,7 @@ def pareto_figure(
 
 
 def pareto_layout(
-    study: StoredStudy,
+    study: Results,
     metrics: list[str],
     *,
     by: str | None,
@@ -107,7 +107,7 @@ def pareto_layout(
 
     Parameters
     ----------
-    study : StoredStudy
+    study : Results
     metrics : list of str
         Two columns of the trials, each with its direction; if empty, the default ones.
     by : str or None
@@ -254,7 +254,7 @@ def _note(layout: Pareto, table: pd.DataFrame) -> str:
     return layout.selection.note(text, table[f"{metrics[0]}_n"], interval, metrics)
 
 
-def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
+def plan(study: Results, choices: Choices) -> list[Planned]:
     """Plan one figure of two metrics. Raises ChoiceError if the kind does not suit."""
     directions = (
         choices
@@ -271,7 +271,7 @@ def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
     ]
 
 
-def marks(study: StoredStudy, choices: Choices) -> FigureMarks:
+def marks(study: Results, choices: Choices) -> FigureMarks:
     """Return the figure as marks, in which `best` marks the points of fronts."""
     metrics = choices.metrics or tuple(opposed_metrics(study))
     names = choices._replace(metrics=metrics).columns(study) if metrics else []

@@ -12,6 +12,7 @@ from sweep.errors import ChoiceError, UserError
 from sweep.figures.directions import direction, shown_metrics
 from sweep.figures.marks import FigureMarks
 from sweep.spec.recorded import Column
+from sweep.tables.results import Results
 from sweep.tables.stored_study import StoredStudy
 
 
@@ -29,7 +30,7 @@ class Choices(NamedTuple):
     y: str | None = None
     half: bool = False
 
-    def columns(self, study: StoredStudy) -> list[str]:
+    def columns(self, study: Results) -> list[str]:
         """Return the columns of the trials to draw, each with its direction, if chosen.
 
         Raises ChoiceError for an unknown metric.
@@ -43,7 +44,7 @@ class Choices(NamedTuple):
             for metric, sign in named
         ]
 
-    def plain(self, study: StoredStudy) -> list[str]:
+    def plain(self, study: Results) -> list[str]:
         """Return the columns of the trials to draw, without directions."""
         return [text.rstrip("+-") for text in self.columns(study)]
 
@@ -69,8 +70,9 @@ class FigureKind(NamedTuple):
         ChoiceError if the kind does not suit the study.
     of_search
         True if a figure shows a whole search.
-    of_several
-        True if a figure can show several joined studies, see `sweep.tables.joined`.
+    plan_joined
+        `plan` of several joined studies, see `sweep.tables.joined`, if a figure can
+        show them.
     marks
         A function that returns the figure of one metric, or of two, as plain data.
     of_precision
@@ -81,16 +83,16 @@ class FigureKind(NamedTuple):
     takes: tuple[str, ...]
     plan: Callable[[StoredStudy, Choices], list[Planned]]
     of_search: bool = False
-    of_several: bool = False
+    plan_joined: Callable[[Results, Choices], list[Planned]] | None = None
     marks: Callable[[StoredStudy, Choices], FigureMarks] | None = None
     of_precision: bool = False
 
-    def figures(self, study: StoredStudy, choices: Choices) -> list[Planned]:
+    def figures(self, study: Results, choices: Choices) -> list[Planned]:
         """Plan the figures of a study.
 
         Parameters
         ----------
-        study : StoredStudy
+        study : Results
             One study, or several joined.
         choices : Choices
 
@@ -99,16 +101,18 @@ class FigureKind(NamedTuple):
         ChoiceError
             If the kind does not suit the study.
         """
-        if len(study.parts) > 1 and not self.of_several:
+        if isinstance(study, StoredStudy):
+            return self.plan(study, choices)
+        if self.plan_joined is None:
             raise ChoiceError("shows one study at a time", study.name)
-        return self.plan(study, choices)
+        return self.plan_joined(study, choices)
 
-    def suits(self, study: StoredStudy, choices: Choices) -> str:
+    def suits(self, study: Results, choices: Choices) -> str:
         """Return why this kind does not suit a study, "" if it suits.
 
         Parameters
         ----------
-        study : StoredStudy
+        study : Results
         choices : Choices
         """
         try:

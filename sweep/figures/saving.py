@@ -13,6 +13,7 @@ from sweep.figures.drawing import as_text
 from sweep.figures.style import STYLE
 from sweep.store.regular import open_regular
 from sweep.tables.outputs import unfinished
+from sweep.tables.results import Results
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import harmless
 
@@ -69,7 +70,7 @@ def save(
     return list(files.values())
 
 
-def about_study(study: StoredStudy) -> dict[str, str]:
+def about_study(study: Results) -> dict[str, str]:
     """Return the metadata of figures of a study.
 
     They are its name, hashes of its spec and kernels, the number of done trials, and

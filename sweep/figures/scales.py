@@ -61,7 +61,8 @@ def is_logarithmic(selection: Selection, name: str) -> bool:
         return any(
             form == LOGSPACE
             or (form in DISTRIBUTIONS and DISTRIBUTIONS[form].logarithmic)
-            for form in _forms(_document(selection.study.spec), name)
+            for part in selection.study.parts
+            for form in _forms(_document(part.spec), name)
         )
     uneven = [
         float(np.std(steps) / np.mean(steps))

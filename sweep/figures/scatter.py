@@ -45,7 +45,7 @@ from sweep.figures.selection import (
 )
 from sweep.figures.style import COLOURS, MARKERS, STYLE
 from sweep.spec.recorded import Column, Over, column_over
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables.results import Results
 
 MOST_INTERVALS = 60
 """The most points of a panel that have intervals; more points are dots."""
@@ -76,7 +76,7 @@ class Scatter(NamedTuple):
 
 
 def scatter_figure(
-    study: StoredStudy,
+    study: Results,
     metric: str,
     x: str | None = None,
     *,
@@ -91,7 +91,7 @@ def scatter_figure(
 
     Parameters
     ----------
-    study : StoredStudy
+    study : Results
     metric : str
     x : str, optional
         Parameter of the x axis; by default each sampled parameter has a panel, or else
@@ -115,7 +115,7 @@ def scatter_figure(
 
 
 def scatter_layout(
-    study: StoredStudy,
+    study: Results,
     metric: str,
     x: str | None,
     *,
@@ -125,7 +125,7 @@ def scatter_layout(
 
     Parameters
     ----------
-    study : StoredStudy
+    study : Results
     metric : str
         Column of the trials.
     x, by : str or None
@@ -351,7 +351,7 @@ def _note(layout: Scatter, table: pd.DataFrame, *, correlated: bool) -> str:
     ) + (correlation if correlated else "")
 
 
-def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
+def plan(study: Results, choices: Choices) -> list[Planned]:
     """Plan one figure per metric. Raises ChoiceError if the kind does not suit."""
     names = choices.plain(study)
     layouts = [scatter_layout(study, name, choices.x, by=choices.by) for name in names]
@@ -361,7 +361,7 @@ def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
     ]
 
 
-def marks(study: StoredStudy, choices: Choices) -> FigureMarks:
+def marks(study: Results, choices: Choices) -> FigureMarks:
     """Return the figure of the first metric as marks.
 
     Lines join them if the values of all parameters on x axes are listed numbers.
@@ -401,5 +401,5 @@ def _marked(layout: Scatter, panel: Panel, table: pd.DataFrame) -> MarkedPanel:
 
 
 KIND = FigureKind(
-    "a metric against each setting", ("by", "x"), plan, of_several=True, marks=marks
+    "a metric against each setting", ("by", "x"), plan, plan_joined=plan, marks=marks
 )

@@ -18,7 +18,7 @@ from sweep.spec.recorded import Column
 from sweep.tables.choosing import spelled
 from sweep.tables.kept_apart import keep_apart
 from sweep.tables.overview import few_skewed, untried
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables.results import Results
 from sweep.text import unknown
 
 MOST_PANELS = 12
@@ -59,7 +59,7 @@ class Selection:
         others, such as the width of a map, is in neither list.
     """
 
-    study: StoredStudy
+    study: Results
     points: pd.DataFrame
     designed: pd.DataFrame
     sampled: list[str]
@@ -368,7 +368,7 @@ class Selection:
         return f"; choose one of {', '.join(few)}" if few else ""
 
 
-def select(study: StoredStudy) -> Selection:
+def select(study: Results) -> Selection:
     """Return the points of a study with a stored trial, and their parameters.
 
     Parts over which nothing is averaged, such as phases of a search, are kept apart.
@@ -394,7 +394,7 @@ def among(trials: pd.DataFrame, points: "pd.Index[str]") -> pd.DataFrame:
     ]
 
 
-def recorded(study: StoredStudy, metric: str) -> str:
+def recorded(study: Results, metric: str) -> str:
     """Return a column of the trials, or raise ChoiceError for an unknown metric.
 
     The column `<metric>_mean` is the mean over the second half of a trial.
@@ -418,7 +418,7 @@ def has_scale(column: "pd.Series[float]") -> bool:
     return is_number(column) and bool((column.abs() <= FARTHEST).all())
 
 
-def _kinds(study: StoredStudy, points: pd.DataFrame) -> tuple[list[str], list[str]]:
+def _kinds(study: Results, points: pd.DataFrame) -> tuple[list[str], list[str]]:
     """Return the sampled parameters, and the listed ones, fewest values first."""
     axes = study.axes.values()
     drawn = {setting for axis in axes if axis.sampler for setting in axis.settings}

@@ -116,12 +116,13 @@ def trajectories_layout(
 def draw_trajectories(layout: Trajectories) -> Figure:
     """Draw the figure of a layout."""
     selection, trials = layout
+    (stored,) = selection.study.parts
     unit = selection.study.units.get("width", "")
     with style.context(STYLE):
         across = min(2, len(trials))
         down = -(-len(trials) // across)
         # Not from their rows, which nobody has checked.
-        worlds = [selection.study.world(row["trial_id"]) for _, row in trials]
+        worlds = [stored.world(row["trial_id"]) for _, row in trials]
         height = max(world.height / world.width for world in worlds)
         width = 4.8 if across == 1 else 7.2
         figure = Figure(
@@ -134,7 +135,7 @@ def draw_trajectories(layout: Trajectories) -> Figure:
         frames = [
             _panel(
                 axes,
-                selection.study,
+                stored,
                 row,
                 world,
                 unit=unit,

@@ -9,7 +9,7 @@ from sweep.errors import StoreError
 from sweep.method import methods
 from sweep.methods.scaling import Scaling
 from sweep.published.claims import Claim
-from sweep.published.clocks import RetoldStudy
+from sweep.published.clocks import converted
 from sweep.published.estimates import Measured, MeasureError, measure, metrics_left_out
 from sweep.published.measures import specs_of
 from sweep.published.publications import Publication
@@ -60,9 +60,8 @@ def stored_studies(publication: Publication, results: Path) -> dict[str, StoredS
 
 
 def _stored(study: Study, results: Path, clock: int) -> StoredStudy:
-    if clock > 1:
-        return RetoldStudy(study, results, clock)
-    return StoredStudy(study.name, results)
+    stored = StoredStudy(study.name, results)
+    return converted(study, stored, clock) if clock > 1 else stored
 
 
 def judged(publication: Publication, stored: Stored) -> tuple[list[Row], list[str]]:

@@ -3,19 +3,21 @@
 Figures show the studies together and distinguish them by it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
 import pandas as pd
 import pyarrow as pa
 
+from kernels.metrics import Metric
 from sweep.analysis import Declaration, agrees
 from sweep.errors import ChoiceError
 from sweep.spec.recorded import Column
 from sweep.store.plan_about import AxisAbout
 from sweep.tables.choosing import spelled
-from sweep.tables.stored_study import Looks, StoredStudy
+from sweep.tables.results import Looks, Results
+from sweep.tables.stored_study import StoredStudy
 
 STUDY = "study"
 IDS = ("trial_id", "point")
@@ -23,7 +25,7 @@ ABOUT = ("model", "preset")
 """Properties besides parameters in which studies may differ."""
 
 
-class JoinedStudies(StoredStudy):
+class JoinedStudies(Results):
     """The trials of several studies, which share metrics.
 
     `metrics` are those that all studies have recorded, in one unit and with one
@@ -43,16 +45,12 @@ class JoinedStudies(StoredStudy):
         for study in studies:
             if study.trials.empty:
                 raise ChoiceError("no trial of it is stored yet", study.name)
-        first = studies[0]
-        self.store = first.store
-        self.provenance = first.provenance
         restrictions = [set(_restrictions(study)) for study in studies]
         self.conditions = tuple(
             text
-            for text in _restrictions(first)
+            for text in _restrictions(studies[0])
             if all(text in texts for texts in restrictions)
         )
-        self.whole = self
         recorded = dict.fromkeys(name for study in studies for name in study.metrics)
         why = {name: self._differing(name) for name in recorded}
         self._left_out = {name: reason for name, reason in why.items() if reason}
@@ -111,6 +109,15 @@ class JoinedStudies(StoredStudy):
     def metrics(self) -> list[str]:
         """The metrics that all studies share."""
         return self._shared
+
+    @property
+    def known_metrics(self) -> Mapping[str, Metric]:
+        """The metrics that any of the studies knows."""
+        return {
+            name: metric
+            for study in reversed(self.parts)
+            for name, metric in study.known_metrics.items()
+        }
 
     @property
     def varied(self) -> list[str]:

@@ -14,6 +14,7 @@ from sweep.errors import UserError
 from sweep.spec.recorded import Column
 from sweep.spec.study_folder import launched_studies
 from sweep.store.finding import check_folder
+from sweep.tables.results import Results
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import so_many
 
@@ -33,7 +34,7 @@ def studies(results: Path) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=columns).astype(dict.fromkeys(COUNTS, "Int64"))
 
 
-def untried(study: StoredStudy) -> str:
+def untried(study: Results) -> str:
     """Return how many points have no stored trial, in words; "" if all have one."""
     if not study.untried:
         return ""
@@ -41,7 +42,7 @@ def untried(study: StoredStudy) -> str:
     return f"{number} {'has' if study.untried == 1 else 'have'} no trial yet"
 
 
-def few_skewed(study: StoredStudy, counts: Mapping[str, Iterable[int]]) -> str:
+def few_skewed(study: Results, counts: Mapping[str, Iterable[int]]) -> str:
     """Return a warning about intervals of skewed metrics from 2 to FEW values.
 
     It is "" if no point has so few. `counts` has the numbers of values by column.
@@ -78,12 +79,12 @@ def constant(rows: pd.DataFrame, metrics: Iterable[str]) -> str:
     )
 
 
-def undeclared(study: StoredStudy, columns: Iterable[str]) -> list[str]:
+def undeclared(study: Results, columns: Iterable[str]) -> list[str]:
     """Return the columns of metrics without a declared distribution.
 
     Only custom metrics may lack one.
     """
-    known = study.known.metrics
+    known = study.known_metrics
     named = {column: Column.read(column).metric for column in columns}
     return [
         column

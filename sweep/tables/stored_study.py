@@ -2,21 +2,20 @@
 
 import copy
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 import pandas as pd
 import pyarrow as pa
 import pyarrow.compute as pc
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from kernels.catalogue import Catalogue
 from kernels.identity import Code
-from sweep.analysis import Interval, by_point, mean_interval
+from kernels.metrics import Metric
 from sweep.analysis.mean_bounds import Declaration, in_full
 from sweep.errors import ChoiceError, StoreError
 from sweep.spec.ablation import fitted_preset, label
@@ -24,9 +23,6 @@ from sweep.spec.continuing import DIRECTION
 from sweep.spec.derived_metrics import declared
 from sweep.spec.maps import OwnMap, maps_from_json
 from sweep.spec.recorded import (
-    Column,
-    Over,
-    column_over,
     columns_of,
     declaration_of,
 )
@@ -47,14 +43,13 @@ from sweep.store.stored_code import (
     stored_sources,
 )
 from sweep.tables.choosing import (
-    Choice,
     Chooser,
     Refusals,
     Restriction,
     as_choices,
-    as_names,
     spelled,
 )
+from sweep.tables.results import Looks, Results
 from sweep.tables.stored_links import check_stored_link
 from sweep.tables.stored_plan import check_plan
 from sweep.tables.stored_tables import checked
@@ -75,6 +70,8 @@ POINT_COLUMNS = (
     *("status", "error"),
 )
 """Columns of trials, in addition to their ids, for means of points."""
+OF_POINTS = ("points", "tried", "chooser", "whole")
+"""What a study keeps that depends on the ids of its points, besides `trials`."""
 CONFIDENCES = ("confidence", "nominal_confidence")
 SHOWN_IDS = 3
 """Maximum number of ids with the same beginning in an error."""
@@ -88,19 +85,21 @@ class NarrowTrials(NamedTuple):
     trials: pd.DataFrame
 
 
-class Looks(NamedTuple):
-    """The metrics that decided how many trials a point has, and two confidences.
+class Split(NamedTuple):
+    """The column that divides points into parts, and a sentence for values of it."""
 
-    `confidence` is simultaneous for the confidence intervals of all looks at a point.
-    `nominal` is that of each interval.
-    """
-
-    metrics: tuple[str, ...]
-    confidence: float
-    nominal: float
+    column: str
+    notes: Mapping[str, str]
 
 
-class StoredStudy:
+class Conversion(NamedTuple):
+    """A function that converts each table, and metrics that it leaves out with why."""
+
+    table: Callable[[pa.Table], pa.Table]
+    left_out: Mapping[str, str]
+
+
+class StoredStudy(Results):
     """The stored results of the spec of a study as last launched.
 
     Each table is read on first access. Custom code that computed it is not needed.
@@ -116,10 +115,10 @@ class StoredStudy:
 
     Attributes
     ----------
-    chosen
-        The parameters by which `where` has restricted the study.
-    conditions
-        The conditions by which `where` has restricted it.
+    split
+        The division of points by `divided`, if any.
+    conversion
+        The conversion of tables by `converted`, if any.
 
     Raises
     ------
@@ -129,8 +128,8 @@ class StoredStudy:
         If the study is not stored there.
     """
 
-    chosen: Mapping[str, Choice] = MappingProxyType({})
-    conditions: tuple[str, ...] = ()
+    split: Split | None = None
+    conversion: Conversion | None = None
 
     def __init__(
         self, name: str, results: Location | str = "results", *, trust: bool = False
@@ -188,11 +187,7 @@ class StoredStudy:
             return self
         selected, restriction = self._chosen_points(texts, settings)
         points = self.points.index[selected]
-        part = copy.copy(self)
-        for name in vars(self):
-            # A table that was read is of more trials.
-            if isinstance(getattr(type(self), name, None), cached_property):
-                delattr(part, name)
+        part = self._without_tables()
         part.whole = self.whole
         part.chosen = {**self.chosen, **restriction.settings}
         part.conditions = (*self.conditions, *restriction.conditions)
@@ -203,6 +198,78 @@ class StoredStudy:
             drop=True
         )
         return part
+
+    def divided(
+        self, column: str, labels: "pd.Series[str]", notes: Mapping[str, str]
+    ) -> Self:
+        """Divide points by a label of their trials, over which nothing is averaged.
+
+        Parameters
+        ----------
+        column : str
+            The new parameter that has the labels.
+        labels : Series of str
+            The label of each trial by its id, "" for other trials.
+        notes : mapping of str to str
+            A sentence for each label, for tables and figures that show it.
+
+        Returns
+        -------
+        StoredStudy
+            The study, in which a point with several labels is as many points. Their ids
+            are `label:point`.
+        """
+        part = copy.copy(self)
+        for name in OF_POINTS:
+            vars(part).pop(name, None)
+        part.split = Split(column, notes)
+        if self.restricted:
+            part.whole = self.whole.divided(column, labels, notes)
+        planned = self.plan.select(["trial_id", "point"]).to_pandas()
+        label = planned["trial_id"].map(labels).fillna("").astype(str)
+        points = pa.array(label + ":" + planned["point"], pa.string())
+        place = self.plan.column_names.index("point")
+        plan = self.plan.set_column(place, "point", points)
+        part.plan = plan.append_column(column, pa.array(label, pa.string()))
+        if "trials" in vars(self):  # they may be of few columns, see `narrow`
+            part.trials = part._with_labels(self.trials)
+        return part
+
+    def converted(
+        self, table: Callable[[pa.Table], pa.Table], left_out: Mapping[str, str]
+    ) -> Self:
+        """Return the study with another form of each table, as another study has it.
+
+        Parameters
+        ----------
+        table : callable
+            A function that converts a stored table, or the plan.
+        left_out : mapping of str to str
+            Metrics that cannot be converted, each with the reason.
+        """
+        part = self._without_tables()
+        part.conversion = Conversion(table, left_out)
+        part.plan = table(self.plan)
+        return part
+
+    def _without_tables(self) -> Self:
+        """Return a copy that has read no table, since it has other rows or columns."""
+        part = copy.copy(self)
+        for name in vars(self):
+            if isinstance(getattr(type(self), name, None), cached_property):
+                delattr(part, name)
+        return part
+
+    def _with_labels(self, trials: pd.DataFrame) -> pd.DataFrame:
+        """Return trials with the points of the plan, and the labels that divide them."""
+        if self.split is None:
+            return trials
+        column = self.split.column
+        plan = self.plan.select(["trial_id", "point", column]).to_pandas()
+        planned = plan.set_index("trial_id").loc[trials["trial_id"]]
+        return trials.assign(
+            **{name: planned[name].to_numpy(object) for name in ("point", column)}
+        )
 
     def _chosen_points(
         self, texts: Iterable[str], settings: Mapping[str, object]
@@ -243,11 +310,6 @@ class StoredStudy:
         """
         return self.store.read_asked() if self.whole is self else self.whole.asked
 
-    @property
-    def restricted(self) -> bool:
-        """True if `where` has restricted the study."""
-        return bool(self.chosen or self.conditions)
-
     def narrow(self, metrics: Sequence[str]) -> Self:
         """Return the same study with few columns of trials.
 
@@ -262,7 +324,8 @@ class StoredStudy:
             narrow = self._with_metrics(chosen)
         part = copy.copy(self)
         vars(part).pop("tried", None)
-        part.trials = narrow.trials if len(narrow.trials) else self.trials
+        trials = narrow.trials if len(narrow.trials) else self.trials
+        part.trials = self._with_labels(trials)
         part.points = self.points  # computed once for all narrow studies
         part.distributions = self._declared(narrow.table.schema)
         part.units = self._units(narrow.table.schema)
@@ -272,8 +335,9 @@ class StoredStudy:
     def _settled(self) -> NarrowTrials:
         """The columns of trials that all narrow studies have, in the spec's order."""
         placed = self.store.placed(self.plan["trial_id"])
-        table = self.store.columns(placed, [*POINT_COLUMNS, *self.varied])
-        needed = self.varied if table.num_rows else ()
+        stored = [name for name in self.varied if name in self.about.varied]
+        table = self.store.columns(placed, [*POINT_COLUMNS, *stored])
+        needed = stored if table.num_rows else ()
         table = checked(self.name, "trials", table, self.known, columns=needed)
         return NarrowTrials(placed, table, table.to_pandas())
 
@@ -295,26 +359,14 @@ class StoredStudy:
         return NarrowTrials(placed, table, pd.concat([trials, more], axis=1))
 
     @cached_property
-    def tried(self) -> NDArray[np.bool_]:
-        """True for each of its `points` that has a stored trial, (points,)."""
-        stored = pd.Index(self.trials["point"].unique())
-        tried: NDArray[np.bool_] = stored.get_indexer(self.points.index) >= 0
-        return tried
-
-    @property
-    def done(self) -> NDArray[np.bool_]:
-        """True for each of its `trials` that is done, (trials,)."""
-        return (self.trials["status"] == "done").to_numpy(np.bool_)
-
-    @cached_property
     def points(self) -> pd.DataFrame:
         """One row per point, by its id.
 
-        Columns: every parameter that differs between the points of the spec, and
-        `detail` if an axis ablates a preset, or `detail_<preset>` for each of several
-        ablated presets.
+        Columns: the labels of its split, every parameter that differs between the
+        points of the spec, and `detail` if an axis ablates a preset, or
+        `detail_<preset>` for each of several ablated presets.
         """
-        varied = list(self.about.varied)
+        varied = [*([self.split.column] if self.split else []), *self.about.varied]
         numbers = self.plan["point"].combine_chunks().dictionary_encode().indices
         first = np.unique(numbers.to_numpy(), return_index=True)[1]
         plan = self.plan.select(["point", *varied]).take(pa.array(first))
@@ -472,33 +524,35 @@ class StoredStudy:
 
     @property
     def varied(self) -> list[str]:
-        """The parameters that differ between points."""
-        varied = list(self.about.varied)
-        if not self.restricted:
-            return varied
-        differ = self.points[varied].nunique() > 1
-        return [name for name in varied if differ[name]]
+        """The parameters that differ between points, after the labels of its split."""
+        varied = self.about.varied
+        if self.restricted:
+            differ = self.points[varied].nunique() > 1
+            varied = [name for name in varied if differ[name]]
+        if self.split and self.points[self.split.column].nunique() > 1:
+            return [self.split.column, *varied]
+        return list(varied)
 
-    def candidate(self, point: str) -> str:
-        """Return the id of the parameter values of a point.
-
-        It is the id of the point, unless a phase distinguishes points of equal
-        parameters.
-        """
-        return point
+    def undivided(self, point: str) -> str:
+        """Return the id that a point has before `divided`."""
+        return point.rpartition(":")[2]
 
     @property
     def kept_apart(self) -> list[str]:
         """The columns over which nothing is averaged, nor shown as one.
 
-        It is the direction of chains, if the study has any.
+        They are that of its split, and the direction of chains, if the study has any.
         """
-        return [DIRECTION] if DIRECTION in self.varied else []
+        split = [self.split.column] if self.split else []
+        return [*split, *([DIRECTION] if DIRECTION in self.varied else [])]
 
     @property
     def apart_notes(self) -> list[str]:
-        """Sentences about the parts that are kept apart."""
-        return []
+        """Sentences about the parts that the split keeps apart."""
+        if self.split is None:
+            return []
+        labels = set(self.points[self.split.column])
+        return [text for label, text in self.split.notes.items() if label in labels]
 
     @property
     def parts(self) -> "tuple[StoredStudy, ...]":
@@ -506,32 +560,20 @@ class StoredStudy:
         return (self,)
 
     @property
-    def left_out(self) -> dict[str, str]:
-        """The metrics that its parts do not share, each with the reason: none."""
-        return {}
-
-    @property
-    def differ(self) -> dict[str, list[Any]]:
-        """The fixed parameters in which its parts differ, with each value: none."""
-        return {}
+    def left_out(self) -> Mapping[str, str]:
+        """The metrics that its conversion leaves out, each with the reason."""
+        return self.conversion.left_out if self.conversion else {}
 
     @property
     def metrics(self) -> list[str]:
-        """The recorded metrics."""
-        return list(self.about.record)
+        """The recorded metrics, without those that are left out."""
+        left_out = self.left_out
+        return [name for name in self.about.record if name not in left_out]
 
-    def check_metric(self, name: str) -> None:
-        """Raise ChoiceError unless a metric of that name is recorded."""
-        if name in self.metrics:
-            return
-        column = Column.read(name)
-        if column.half and column.metric in self.metrics:
-            raise ChoiceError(
-                f'"{name}" is the mean of {column.metric} over the last half: ask for'
-                f' {column.metric} with over="half", in a command --over half',
-                self.name,
-            )
-        raise ChoiceError(unknown("metric", name, self.metrics), self.name)
+    @property
+    def known_metrics(self) -> Mapping[str, Metric]:
+        """The metrics that this version, or its custom code, defines, by name."""
+        return self.known.metrics
 
     @property
     def series_metrics(self) -> list[str]:
@@ -557,7 +599,7 @@ class StoredStudy:
 
     @property
     def axes(self) -> dict[str, AxisAbout]:
-        """The axes by name.
+        """The axes by name; the labels of its split are listed values of an axis.
 
         Raises StoreError for a plan before 0.2, which does not record them.
         """
@@ -567,6 +609,8 @@ class StoredStudy:
                 "its plan does not say what its axes sample; launch it once more",
                 self.name,
             )
+        if self.split:
+            return {self.split.column: AxisAbout([self.split.column], None), **axes}
         return axes
 
     @property
@@ -579,16 +623,6 @@ class StoredStudy:
             if metrics := sections()[key].looks_at(record):
                 return Looks(metrics, *(record[name] for name in CONFIDENCES))
         return None
-
-    @property
-    def repeated(self) -> dict[str, float]:
-        """The confidence of the interval at each look, by metric.
-
-        These metrics decided how many trials a point has. Empty if the number of trials
-        is fixed. `means` uses it.
-        """
-        looks = self.looks
-        return dict.fromkeys(looks.metrics, looks.nominal) if looks else {}
 
     @cached_property
     def trials(self) -> pd.DataFrame:
@@ -605,7 +639,7 @@ class StoredStudy:
                 error=pd.Series(dtype=object),
                 **dict.fromkeys(columns_of(self.metrics), pd.Series(dtype=np.float64)),
             )
-        return self._in_order(table)
+        return self._with_labels(self._in_order(table))
 
     @cached_property
     def series(self) -> pd.DataFrame:
@@ -800,68 +834,6 @@ class StoredStudy:
         row: pd.Series[Any] = self.read("trials", first).to_pandas().iloc[0]
         return row
 
-    @property
-    def missing(self) -> int:
-        """The number of trials of the spec that are not stored."""
-        return int(self.plan.num_rows) - len(self.trials)
-
-    @property
-    def untried(self) -> int:
-        """The number of points of the spec without a stored trial."""
-        return int((~self.tried).sum())
-
-    def means(
-        self,
-        metrics: str | Sequence[str],
-        varied: str | Sequence[str] | None = None,
-        *,
-        over: Over = "last",
-    ) -> pd.DataFrame:
-        """Return the mean of each metric with its 95 % confidence interval.
-
-        Each interval is that of the distribution of the metric. A metric that decided
-        how many trials a point has gets its repeated confidence interval.
-
-        Parameters
-        ----------
-        metrics : str or sequence of str
-        varied : str or sequence of str, optional
-            Parameters that become columns; by default those of the spec.
-        over : {"last", "half"}, default "last"
-            The last frame of a trial, or its second half. The means over it are also
-            the metrics `<metric>_mean`.
-
-        Returns
-        -------
-        DataFrame
-            One row per point, with the columns of `by_point`.
-
-        Examples
-        --------
-        >>> study.means("polarization", over="half")
-        """
-        return by_point(
-            self.trials,
-            self.varied if varied is None else as_names(varied),
-            [column_over(name, over) for name in as_names(metrics)],
-            repeated=self.repeated,
-            distributions=self.distributions,
-        )
-
-    def mean_of(self, metric: str, values: ArrayLike) -> Interval:
-        """Return the mean of values of a metric with its 95 % confidence interval.
-
-        The interval is that of the distribution of the metric. It is not valid for
-        differences: their declaration is `distributions[metric].of_differences`.
-
-        Parameters
-        ----------
-        metric : str
-        values : array_like
-            One value per trial, (n,), such as its means over some frames.
-        """
-        return mean_interval(values, distribution=self.distributions[metric])
-
     def statuses(self) -> Counter[str]:
         """Return the number of trials by status; `missing` trials are not stored."""
         stored = self.store.trial_ids()
@@ -897,7 +869,11 @@ class StoredStudy:
         """
         table = self.store.read(name, trial_ids=trial_ids)
         checked_table = checked(self.name, name, table, self.known, columns=columns)
-        return self._of_the_spec(name, checked_table)
+        recorded = self._of_the_spec(name, checked_table)
+        if self.conversion is None:
+            return recorded
+        left_out = {*columns_of(self.left_out)}.intersection(recorded.column_names)
+        return self.conversion.table(recorded.drop_columns(list(left_out)))
 
     def _of_the_spec(self, name: str, table: pa.Table) -> pa.Table:
         """Return a table without rows and metrics that the spec does not record."""

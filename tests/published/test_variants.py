@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from kernels.catalogue import BUILT_IN
 from sweep.cli.progress import ProgressBar
 from sweep.errors import SpecError, StoreError
-from sweep.published.clocks import RetoldStudy
+from sweep.published.clocks import converted
 from sweep.published.details import details, moved
 from sweep.published.publications import read_all
 from sweep.published.reproduce import reproduce
@@ -480,8 +480,8 @@ def test_numerics_are_judged_at_the_same_times(tmp_path: Path) -> None:
     results = tmp_path / "results"
     half = "numerics/dt-half/tiny/small"
     small = variants(tmp_path, "numerics", FRAMES)["dt-half"].publication
-    told = RetoldStudy(small.studies["small"], results, 2)
     raw = StoredStudy(half, results)
+    told = converted(small.studies["small"], raw, 2)
     assert list(raw.series["frame"].unique()) == [0, 4, 8]
     assert list(told.series["frame"].unique()) == [0, 2, 4]
     for name, value in {"dt": 1.0, "steps": 4, "drag": 0.1}.items():

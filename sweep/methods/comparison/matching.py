@@ -164,7 +164,7 @@ def _points(side: Side, code_is_same: bool) -> pd.DataFrame:
 
 def _candidates(side: Side, rows: pd.DataFrame) -> "pd.Series[str]":
     """Return the ids of the candidates of points or trials of a side."""
-    return rows["point"].map(side.study.candidate)
+    return rows["point"].map(side.study.undivided)
 
 
 def _is_matched_on(name: str, first: pd.DataFrame, second: pd.DataFrame) -> bool:

@@ -1,0 +1,243 @@
+"""Results that tables and figures show: of one stored study, or of several as one."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+from numpy.typing import ArrayLike, NDArray
+
+from kernels.metrics import Metric
+from sweep.analysis import Declaration, Interval, by_point, mean_interval
+from sweep.errors import ChoiceError
+from sweep.spec.recorded import Column, Over, column_over
+from sweep.store.plan_about import AxisAbout
+from sweep.tables.choosing import Choice, as_names
+from sweep.text import unknown
+
+if TYPE_CHECKING:
+    from sweep.tables.stored_study import StoredStudy
+
+
+class Looks(NamedTuple):
+    """The metrics that decided how many trials a point has, and two confidences.
+
+    `confidence` is simultaneous for the confidence intervals of all looks at a point.
+    `nominal` is that of each interval.
+    """
+
+    metrics: tuple[str, ...]
+    confidence: float
+    nominal: float
+
+
+class Results(ABC):
+    """Trials of points, with their metrics, and what is known of both.
+
+    Attributes
+    ----------
+    name
+        The name of the study, or the names of all studies.
+    plan
+        One row per planned trial: at least `trial_id` and `point`.
+    chosen
+        The parameters by which `where` has restricted the study.
+    conditions
+        The conditions by which `where` has restricted all of it.
+    """
+
+    name: str
+    plan: pa.Table
+    chosen: Mapping[str, Choice] = MappingProxyType({})
+    conditions: tuple[str, ...] = ()
+
+    @property
+    @abstractmethod
+    def parts(self) -> "tuple[StoredStudy, ...]":
+        """The stored studies that it is made of."""
+
+    @property
+    @abstractmethod
+    def points(self) -> pd.DataFrame:
+        """One row per point, by its id: the parameters that differ between points."""
+
+    @property
+    @abstractmethod
+    def trials(self) -> pd.DataFrame:
+        """One row per stored trial, with every shared metric."""
+
+    @property
+    @abstractmethod
+    def series(self) -> pd.DataFrame:
+        """One row per recorded frame of a trial."""
+
+    @property
+    @abstractmethod
+    def varied(self) -> list[str]:
+        """The parameters that differ between points."""
+
+    @property
+    @abstractmethod
+    def headings(self) -> list[str]:
+        """The columns that distinguish points in tables and figures."""
+
+    @property
+    @abstractmethod
+    def kept_apart(self) -> list[str]:
+        """The columns over which nothing is averaged, nor shown as one."""
+
+    @property
+    @abstractmethod
+    def apart_notes(self) -> list[str]:
+        """Sentences about the parts that are kept apart."""
+
+    @property
+    @abstractmethod
+    def metrics(self) -> list[str]:
+        """The metrics that every study has recorded."""
+
+    @property
+    @abstractmethod
+    def left_out(self) -> Mapping[str, str]:
+        """The metrics that are not shown, each with the reason."""
+
+    @property
+    @abstractmethod
+    def known_metrics(self) -> Mapping[str, Metric]:
+        """The metrics that this version, or its custom code, defines, by name."""
+
+    @property
+    @abstractmethod
+    def series_metrics(self) -> list[str]:
+        """The metrics that are stored frame by frame."""
+
+    @property
+    @abstractmethod
+    def axes(self) -> Mapping[str, AxisAbout]:
+        """The axes by name."""
+
+    @property
+    @abstractmethod
+    def units(self) -> Mapping[str, str]:
+        """The unit of every column that has one."""
+
+    @property
+    @abstractmethod
+    def distributions(self) -> Mapping[str, Declaration]:
+        """The declared distribution and range of the values of each metric column."""
+
+    @property
+    @abstractmethod
+    def looks(self) -> Looks | None:
+        """The metrics that decided how many trials a point has, if any did."""
+
+    @property
+    def differ(self) -> Mapping[str, list[Any]]:
+        """The fixed parameters in which its parts differ, with each value: none."""
+        return {}
+
+    @property
+    def restricted(self) -> bool:
+        """True if `where` has restricted the study."""
+        return bool(self.chosen or self.conditions)
+
+    @cached_property
+    def tried(self) -> NDArray[np.bool_]:
+        """True for each of its `points` that has a stored trial, (points,)."""
+        stored = pd.Index(self.trials["point"].unique())
+        tried: NDArray[np.bool_] = stored.get_indexer(self.points.index) >= 0
+        return tried
+
+    @property
+    def done(self) -> NDArray[np.bool_]:
+        """True for each of its `trials` that is done, (trials,)."""
+        return (self.trials["status"] == "done").to_numpy(np.bool_)
+
+    def check_metric(self, name: str) -> None:
+        """Raise ChoiceError unless a metric of that name is recorded."""
+        if name in self.metrics:
+            return
+        column = Column.read(name)
+        if column.half and column.metric in self.metrics:
+            raise ChoiceError(
+                f'"{name}" is the mean of {column.metric} over the last half: ask for'
+                f' {column.metric} with over="half", in a command --over half',
+                self.name,
+            )
+        raise ChoiceError(unknown("metric", name, self.metrics), self.name)
+
+    @property
+    def missing(self) -> int:
+        """The number of trials of the spec that are not stored."""
+        return int(self.plan.num_rows) - len(self.trials)
+
+    @property
+    def untried(self) -> int:
+        """The number of points of the spec without a stored trial."""
+        return int((~self.tried).sum())
+
+    def means(
+        self,
+        metrics: str | Sequence[str],
+        varied: str | Sequence[str] | None = None,
+        *,
+        over: Over = "last",
+    ) -> pd.DataFrame:
+        """Return the mean of each metric with its 95 % confidence interval.
+
+        Each interval is that of the distribution of the metric. A metric that decided
+        how many trials a point has gets its repeated confidence interval.
+
+        Parameters
+        ----------
+        metrics : str or sequence of str
+        varied : str or sequence of str, optional
+            Parameters that become columns; by default those of the spec.
+        over : {"last", "half"}, default "last"
+            The last frame of a trial, or its second half. The means over it are also
+            the metrics `<metric>_mean`.
+
+        Returns
+        -------
+        DataFrame
+            One row per point, with the columns of `by_point`.
+
+        Examples
+        --------
+        >>> study.means("polarization", over="half")
+        """
+        return by_point(
+            self.trials,
+            self.varied if varied is None else as_names(varied),
+            [column_over(name, over) for name in as_names(metrics)],
+            repeated=self.repeated,
+            distributions=self.distributions,
+        )
+
+    def mean_of(self, metric: str, values: ArrayLike) -> Interval:
+        """Return the mean of values of a metric with its 95 % confidence interval.
+
+        The interval is that of the distribution of the metric. It is not valid for
+        differences: their declaration is `distributions[metric].of_differences`.
+
+        Parameters
+        ----------
+        metric : str
+        values : array_like
+            One value per trial, (n,), such as its means over some frames.
+        """
+        return mean_interval(values, distribution=self.distributions[metric])
+
+    @property
+    def repeated(self) -> dict[str, float]:
+        """The confidence of the interval at each look, by metric.
+
+        These metrics decided how many trials a point has. Empty if the number of trials
+        is fixed. `means` uses it.
+        """
+        looks = self.looks
+        return dict.fromkeys(looks.metrics, looks.nominal) if looks else {}
