@@ -35,20 +35,18 @@ from typing import TYPE_CHECKING, Any
 
 from sweep import errors
 from sweep.text import harmless, make_harmless, so_many
-from sweep.trial.compiled import OurKernels, check_kernels
+from sweep.trial import OurKernels, check_kernels
 
 if TYPE_CHECKING:
-    from sweep.design.plan import StudyPlan
-    from sweep.explorer.widget import Explored
+    from sweep.design import StudyPlan
+    from sweep.explorer import Explored
     from sweep.loaded import LoadedStudy
     from sweep.methods.comparison import Comparison, Inference
-    from sweep.sharing.citing import Citation
-    from sweep.spec.recorded import Over
-    from sweep.spec.settings import Value
-    from sweep.spec.study import Study
-    from sweep.store.locations import Location
-    from sweep.tables.stored_study import StoredStudy
-    from sweep.web.widget import View
+    from sweep.sharing import Citation
+    from sweep.spec import Over, Study, Value
+    from sweep.store import Location
+    from sweep.tables import StoredStudy
+    from sweep.web import View
 
 __all__ = [
     "__version__",
@@ -164,10 +162,10 @@ def run(
     """
     import warnings
 
-    from sweep.campaigns.launch import launch
-    from sweep.own_code.reading import with_variants
-    from sweep.store.locations import location
-    from sweep.workers.executors import Loky, worker_count
+    from sweep.campaigns import launch
+    from sweep.own_code import with_variants
+    from sweep.store import location
+    from sweep.workers import Loky, worker_count
 
     if workers < 0:
         raise ValueError(
@@ -237,9 +235,9 @@ def plan(
     >>> sweep.plan("spec.yaml").trials
     30
     """
-    from sweep.campaigns.plan import plan_of
-    from sweep.store.locations import location
-    from sweep.workers.executors import worker_count
+    from sweep.campaigns import plan_of
+    from sweep.store import location
+    from sweep.workers import worker_count
 
     study = _study(spec, code_from)
     return plan_of(study, worker_count(workers), location(results))
@@ -293,8 +291,8 @@ def compare(
     >>> sweep.compare(*sides, "polarization").rows
     """
     from sweep.methods.comparison import compare_sides, read_side
-    from sweep.spec.recorded import is_half
-    from sweep.store.locations import location
+    from sweep.spec import is_half
+    from sweep.store import location
 
     place = location(results)
     control = read_side(one, place)
@@ -343,8 +341,8 @@ def view(
     >>> sweep.view(model="nguyen2024", n=300)
     """
     from kernels.catalogue import BUILT_IN
-    from sweep.own_code.reading import named_model
-    from sweep.web.widget import live
+    from sweep.own_code import named_model
+    from sweep.web import live
 
     name, known = named_model(model) if model else (None, BUILT_IN)
     return live(name, preset, seed, settings, known=known)
@@ -379,7 +377,7 @@ def replay(study: "LoadedStudy", trial: str) -> "View":
     >>> study = sweep.load("my/first")
     >>> sweep.replay(study, study.trials["trial_id"][0])
     """
-    from sweep.web.widget import replay
+    from sweep.web import replay
 
     return replay(study, trial)
 
@@ -419,8 +417,8 @@ def show(
     --------
     >>> sweep.show("my/first")
     """
-    from sweep.explorer.widget import explored, explored_study
-    from sweep.store.locations import location
+    from sweep.explorer import explored, explored_study
+    from sweep.store import location
 
     if study is None or isinstance(study, str):
         return explored(location(results), study, trust=False)
@@ -466,7 +464,7 @@ def pack(
     >>> sweep.pack("my/first", "first.zip")
     PosixPath('first.zip')
     """
-    from sweep.sharing.packing import pack
+    from sweep.sharing import pack
 
     to = None if path is None else Path(path)
     return pack(_stored(study, results), to, force=force).path
@@ -513,9 +511,8 @@ def unpack(
     >>> sweep.unpack("first.zip", "their/first")
     <StoredStudy their/first: 30 trials>
     """
-    from sweep.sharing.laid_out import check_new, lay_out
-    from sweep.sharing.unpacking import unpack
-    from sweep.store.locations import location
+    from sweep.sharing import check_new, lay_out, unpack
+    from sweep.store import location
 
     if to is not None:
         check_new(Path(to))
@@ -553,7 +550,7 @@ def cite(
     --------
     >>> print(sweep.cite("my/first").as_bibtex())
     """
-    from sweep.sharing.citing import cite
+    from sweep.sharing import cite
 
     return cite(None if study is None else _stored(study, results))
 
@@ -595,10 +592,10 @@ def odd(
     --------
     >>> print(sweep.odd("spec.yaml"))
     """
-    from sweep.design.design import expand
-    from sweep.sharing.odd import odd, of_spec, of_stored
-    from sweep.spec.study_folder import SPEC_ENDINGS
-    from sweep.tables.stored_study import StoredStudy
+    from sweep.design import expand
+    from sweep.sharing import odd, of_spec, of_stored
+    from sweep.spec import SPEC_ENDINGS
+    from sweep.tables import StoredStudy
 
     if isinstance(study, str) and "\n" not in study:
         is_path = study.endswith(SPEC_ENDINGS)
@@ -618,7 +615,7 @@ def _study(
     spec: str | Path | Mapping[str, Any], code_from: str | Path | None
 ) -> "Study":
     """Read the study of a file, of a YAML text of several lines, or of a mapping."""
-    from sweep.own_code.reading import load_spec, study_of
+    from sweep.own_code import load_spec, study_of
 
     folder = Path(code_from) if code_from is not None else None
     if isinstance(spec, Mapping) or (isinstance(spec, str) and "\n" in spec):

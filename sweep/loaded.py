@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from sweep.analysis import CONFIDENCE, MeanKind
-from sweep.analysis.replication import CHANCE
+from sweep.analysis import CHANCE, CONFIDENCE, MeanKind
 from sweep.errors import ChoiceError
 from sweep.method import methods
 from sweep.methods.adaptive import stopping
@@ -16,16 +15,10 @@ from sweep.methods.power import NOTHING, needed_replicates
 from sweep.methods.refinement import Boundary, find_boundary
 from sweep.methods.robustness import Validity, check_conclusions
 from sweep.methods.scaling import Scaling, finite_size_scaling
-from sweep.methods.search.asked_trials import read_asked
-from sweep.methods.search.findings import Findings
+from sweep.methods.search import Findings, read_asked
 from sweep.methods.sensitivity import RESAMPLES, sensitivity
-from sweep.spec.recorded import Over, column_over, is_half
-from sweep.spec.sampling import Analyses
-from sweep.tables.arrays import to_arrays
-from sweep.tables.exporting import Exported, export
-from sweep.tables.point_means import point_means
-from sweep.tables.reports import Report
-from sweep.tables.stored_study import StoredStudy
+from sweep.spec import Analyses, Over, column_over, is_half
+from sweep.tables import Exported, Report, StoredStudy, export, point_means, to_arrays
 from sweep.text import unknown
 
 if TYPE_CHECKING:

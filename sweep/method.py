@@ -43,7 +43,7 @@ class Method:
         package offers kinds as entry points of the group `boidsweep.figures`.
     sections
         A function that returns sections that a spec may have, each a
-        `sweep.spec.sections.SpecSection`. It imports them.
+        `sweep.spec.section.SpecSection`. It imports them.
     keep_apart
         A function of a stored study that returns it with those of its trials apart
         that nothing is averaged over, such as the phases of a search.

@@ -154,7 +154,7 @@ def there(
     """Within it, `--executor cuda` finds a device here; commands use this process."""
     module = ModuleType("sweep.trial.on_device")
     about = {
-        "AT_ONCE": 4,
+        "MOST_ON_DEVICE": 4,
         "DeviceTrials": lambda: device,
         "refusal_of": can_fly,
         "problem": lambda: problem,

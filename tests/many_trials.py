@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow as pa
 
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.spec.recorded import columns_of
 from sweep.store.shares import Share
 from sweep.tables.stored_study import StoredStudy

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.own_code.reading import with_variants
 from sweep.spec.study import parse_spec
 from sweep.tables.stored_study import StoredStudy

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.campaigns.progress import Progress
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs

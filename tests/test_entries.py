@@ -31,7 +31,7 @@ from sweep.testing import assert_keeps
 from sweep.trial.simulation import run
 from sweep.trial.world import world_of
 from sweep.web.history import Cursor
-from sweep.web.live import Live
+from sweep.web.live_show import Live
 from sweep.web.state import begin
 from tests import builders
 from tests.commands import sweep

@@ -30,7 +30,7 @@ from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.scales import is_logarithmic
 from sweep.figures.selection import select
 from sweep.methods.search.asked_trials import read_asked
-from sweep.methods.search.export import export
+from sweep.methods.search.exporting import export
 from sweep.methods.search.figure import history_figure
 from sweep.methods.search.known_samplers import (
     SEARCH_SAMPLERS,
@@ -51,7 +51,7 @@ from sweep.spec.strict_yaml import parse_document
 from sweep.spec.study import parse_spec
 from sweep.spec.whole_samples import TRAJECTORY, morris
 from sweep.tables.stored_study import StoredStudy
-from sweep.web.live import Live
+from sweep.web.live_show import Live
 from sweep.web.state import begin
 from tests import ROOT
 from tests.cases import slow_but

@@ -14,7 +14,6 @@ import pytest
 from ruamel.yaml import YAML
 
 import sweep
-from sweep.analysis import offered
 from sweep.errors import (
     ChoiceError,
     SpecError,
@@ -344,9 +343,3 @@ def test_make_quickstart_installs_no_tools_of_developers() -> None:
     for target in ("test", "check", "notebooks", "documents"):
         assert "--group dev" in installs(target, makefile)
         assert installs("quickstart", makefile) in installs(target, makefile)
-
-
-def test_no_name_of_an_analysis_is_that_of_a_module_too() -> None:
-    """A module that is imported would take the place of the name."""
-    modules = {path.stem for path in (ROOT / "sweep" / "analysis").glob("*.py")}
-    assert modules & set(offered.__all__) == set()

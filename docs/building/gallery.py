@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from shutil import copyfile
 
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.design.plan import make_plan
 from sweep.published.drawings import WATERMARK, FigureFile
 from sweep.published.judging import Row, judged, stored_studies

@@ -3,44 +3,33 @@
 Every result has the number of values behind it. Trials that are not done take no part
 and are counted.
 
-    mean_bounds   confidence interval of a mean for each distribution of values
-    estimate      a number with its confidence interval
-    notation      such a number as text
-    intervals     means and quantiles of tables, and the bootstrap
-    resampling    bootstrap and jackknife
-    pairing       values that share randomness
-    pooling       trials of several points together
-    contrasting   differences between groups
-    effect_sizes  Hedges' g, Cliff's delta
-    simultaneous  simultaneous confidence intervals and adjusted p-values
-    futures       predictive distributions of samples to come, from a pilot
-    replication   number of values that a goal needs
-    sequential    tests that are repeated while trials are added
-    hysteresis    the loop between two directions
-    resilience    performance after a failure, and time to recover
-    series        burn-in, autocorrelation and drift of time series
-    steady        means after the transient
-    order         susceptibility and Binder cumulant
-    size_curves   crossings and peaks of the curves of several sizes
-    collapse      the exponents of finite-size scaling
-    fronts        Pareto fronts, their hypervolume and their knee
-    coexistence   transitions of first order and continuous ones
-    offered       all their names, which this package offers too
+    mean_bounds       confidence interval of a mean for each distribution of values
+    estimate          a number with its confidence interval
+    notation          such a number as text
+    intervals         means and quantiles of tables, and the bootstrap
+    resampling        bootstrap and jackknife
+    pairing           values that share randomness
+    pooling           trials of several points together
+    contrasting       differences between groups
+    effect_sizes      Hedges' g, Cliff's delta
+    simultaneous      simultaneous confidence intervals and adjusted p-values
+    futures           predictive distributions of samples to come, from a pilot
+    replication       number of values that a goal needs
+    sequential        tests that are repeated while trials are added
+    hysteresis        the loop between two directions
+    failure_response  performance after a failure, and time to recover
+    series            burn-in, autocorrelation and drift of time series
+    steady            means after the transient
+    order             susceptibility and Binder cumulant
+    size_curves       crossings and peaks of the curves of several sizes
+    size_collapse     the exponents of finite-size scaling
+    fronts            Pareto fronts, their hypervolume and their knee
+    coexistence       transitions of first order and continuous ones
 
 A worker needs only `mean_bounds`, for what metrics declare of their values. Therefore
 the other modules, with pandas, are imported at the first use of a name.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+import lazy_loader
 
-if TYPE_CHECKING:
-    from sweep.analysis.offered import *  # noqa: F403
-
-
-def __getattr__(name: str) -> Any:
-    return getattr(import_module("sweep.analysis.offered"), name)
-
-
-def __dir__() -> list[str]:
-    return list(import_module("sweep.analysis.offered").__all__)
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

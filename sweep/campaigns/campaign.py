@@ -20,28 +20,27 @@ from sweep.campaigns.progress import Progress
 from sweep.campaigns.stored_trials import StoredTrials, among
 from sweep.campaigns.strategy import Origin, PlanTables, Round, Strategy
 from sweep.campaigns.twins import Twins, twins
-from sweep.design.jobs import Job, SomeJobs
-from sweep.design.recording import Recording
-from sweep.design.trial_ids import as_texts
-from sweep.store.custody import custody
-from sweep.store.last_flocks import chains
-from sweep.store.last_states import continued, earlier_trials
-from sweep.store.locations import Location
-from sweep.store.lock import Lock
-from sweep.store.memory import give_back
-from sweep.store.provenance import provenance
-from sweep.store.recordings import NONE_SERVED, others_stored, served
-from sweep.store.rows import Tables
-from sweep.store.shares import Share
-from sweep.store.store import Store
-from sweep.store.stored_code import keep_code
-from sweep.testing.beforehand import check_promises
-from sweep.trial.probe import MOST_TRIALS, check_runs
-from sweep.trial.result import Result
-from sweep.workers.attempts import run_jobs
-from sweep.workers.checkpoint_folder import Checkpoints
-from sweep.workers.executors import ExecutorFactory
-from sweep.workers.failures import Failures
+from sweep.design import Job, Recording, SomeJobs, as_texts
+from sweep.store import (
+    NONE_SERVED,
+    Location,
+    Lock,
+    Share,
+    Store,
+    Tables,
+    chains,
+    continued,
+    custody,
+    earlier_trials,
+    give_back,
+    keep_code,
+    launch_provenance,
+    others_stored,
+    served,
+)
+from sweep.testing import check_promises
+from sweep.trial import MOST_TRIALS, Result, check_runs
+from sweep.workers import Checkpoints, ExecutorFactory, Failures, run_jobs
 
 P = TypeVar("P", bound=Progress)
 
@@ -127,7 +126,7 @@ class _Campaign(Generic[P]):
         self.report = report
         self.share = share
         self.progress = strategy.progress
-        self.origin = provenance(self.study, executor.flying.device)
+        self.origin = launch_provenance(self.study, executor.flying.device)
         self.tables = Tables(self.study, self.origin)
         self.failures = Failures(self.study, store, self.progress.most)
         self.checkpoints = Checkpoints.of(store.folder, share)

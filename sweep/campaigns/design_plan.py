@@ -4,9 +4,8 @@ import numpy as np
 import pyarrow as pa
 
 from sweep.campaigns.strategy import Origin, PlanTables
-from sweep.design.jobs import Jobs
-from sweep.design.trial_ids import BLOCK, Ids
-from sweep.store.plan_about import PlanAbout
+from sweep.design import BLOCK, Ids, Jobs
+from sweep.store import PlanAbout
 
 
 def plan_table(jobs: Jobs, origin: Origin) -> pa.Table:

@@ -12,9 +12,8 @@ import numpy as np
 from sweep.campaigns.design_plan import plan_tables
 from sweep.campaigns.progress import Progress
 from sweep.campaigns.strategy import Look, Round
-from sweep.design.design import expand
-from sweep.design.jobs import Jobs
-from sweep.spec.study import Study
+from sweep.design import Jobs, expand
+from sweep.spec import Study
 
 
 class FixedStrategy:

@@ -6,16 +6,10 @@ from typing import Any
 
 from kernels.catalogue import Catalogue
 from sweep.errors import ChoiceError
-from sweep.own_code.added import with_files
-from sweep.own_code.catalogue import OwnCatalogue
-from sweep.own_code.references import FILE
-from sweep.spec.adding import with_metrics
-from sweep.spec.strict_yaml import parse_document
-from sweep.store.recordings import expressions
-from sweep.store.stored_code import is_ours
-from sweep.tables.stored_spec import check_recorded
-from sweep.tables.stored_study import StoredStudy
-from sweep.tables.stored_trials import StoredTrial
+from sweep.own_code import FILE, OwnCatalogue, with_files
+from sweep.spec import parse_document, with_metrics
+from sweep.store import expressions, is_ours
+from sweep.tables import StoredStudy, StoredTrial, check_recorded
 from sweep.text import unknown
 
 

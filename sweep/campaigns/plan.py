@@ -6,17 +6,10 @@ import numpy as np
 
 from sweep.campaigns.stored_trials import StoredTrials
 from sweep.campaigns.warming import unlike
-from sweep.design.design import expand
-from sweep.design.jobs import Jobs, SomeJobs
-from sweep.design.plan import StudyPlan, make_plan
-from sweep.design.trial_ids import Ids
-from sweep.spec.study import Study
-from sweep.store.last_states import Earlier, earlier_trials
-from sweep.store.locations import Location
-from sweep.store.recordings import others_stored, served
-from sweep.store.store import Store
-from sweep.trial.probe import measured_pace
-from sweep.trial.simulation import compiling_seconds, layers_of
+from sweep.design import Ids, Jobs, SomeJobs, StudyPlan, expand, make_plan
+from sweep.spec import Study
+from sweep.store import Earlier, Location, Store, earlier_trials, others_stored, served
+from sweep.trial import compiling_seconds, layers_of, measured_pace
 
 
 def plan_of(study: Study, workers: int, results: Location | None = None) -> StudyPlan:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from types import TracebackType
 from typing import Protocol
 
-from sweep.store.locations import Location
+from sweep.store import Location
 
 
 @dataclass

@@ -10,12 +10,10 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
-from sweep.design.trial_ids import NO_IDS, Ids, KnownIds, as_texts, packed
-from sweep.store.memory import give_back
-from sweep.store.rows import trial_metrics
-from sweep.store.store import Store
-from sweep.tables.stored_tables import checked_numbers
-from sweep.trial.result import FAILED, Result
+from sweep.design import NO_IDS, Ids, KnownIds, as_texts, packed
+from sweep.store import Store, give_back, trial_metrics
+from sweep.tables import checked_numbers
+from sweep.trial import FAILED, Result
 
 
 class StoredTrials:

@@ -15,11 +15,9 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from sweep.campaigns.progress import Progress
-from sweep.design.design import evenly
-from sweep.design.jobs import Counts, Job
-from sweep.design.trial_ids import Ids, as_texts, blocks
-from sweep.spec.study import Study
-from sweep.store.shares import Share
+from sweep.design import Counts, Ids, Job, as_texts, blocks, evenly
+from sweep.spec import Study
+from sweep.store import Share
 
 Origin = Mapping[str, object]
 """Provenance of results, as `sweep.store.provenance` returns it."""

@@ -11,20 +11,28 @@ import pandas as pd
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
-from sweep.design.jobs import Counts, Job, ids_recording
-from sweep.design.recording import Recording
-from sweep.design.trial_ids import KnownIds, as_texts, packed
+from sweep.design import (
+    Counts,
+    Job,
+    KnownIds,
+    Recording,
+    as_texts,
+    ids_recording,
+    packed,
+)
 from sweep.errors import StoreError
-from sweep.spec.recorded import columns_of
-from sweep.spec.study import Study
-from sweep.store.locations import Location
-from sweep.store.memory import give_back
-from sweep.store.parquet import load_table, stored_schema
-from sweep.store.recordings import Served
-from sweep.store.rows import trial_metrics
-from sweep.store.store import Store
-from sweep.tables.stored_tables import checked_numbers
-from sweep.trial.result import Result
+from sweep.spec import Study, columns_of
+from sweep.store import (
+    Location,
+    Served,
+    Store,
+    give_back,
+    load_table,
+    stored_schema,
+    trial_metrics,
+)
+from sweep.tables import checked_numbers
+from sweep.trial import Result
 
 Stored = tuple[NDArray[np.uint64], NDArray[np.bool_]]
 """Digests of the stored values of n trials, and a mask of those done, shape (n,)."""

@@ -13,16 +13,13 @@ from typing import Any
 import numpy as np
 
 from kernels.settings import COMMON, ROBOT_GROUPS
-from sweep.design.design import Design, evenly, expand
-from sweep.design.jobs import Job, Jobs
+from sweep.design import Design, Job, Jobs, evenly, expand
 from sweep.errors import SpecError
-from sweep.own_code.reading import named_model, study_of
-from sweep.spec.study import Study
+from sweep.own_code import named_model, study_of
+from sweep.spec import Study
 from sweep.text import unknown
-from sweep.trial.compiled import usual
-from sweep.trial.lanes import AT_ONCE, first_group, groups, warm_together
-from sweep.trial.simulation import warm
-from sweep.workers.failures import in_a_line
+from sweep.trial import AT_ONCE, first_group, groups, usual, warm, warm_together
+from sweep.workers import in_a_line
 
 IDEAL = {name: COMMON[name] for group in ROBOT_GROUPS for name in group._fields} | {
     "obstacle_speed": COMMON["obstacle_speed"]

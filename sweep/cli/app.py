@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, NoReturn
 import typer
 
 from sweep.cli.completing import study_names
-from sweep.store.locations import Location, location
+from sweep.store import Location, location
 
 FIRST = Path(__file__).with_name("first.yaml")
 """The smallest spec."""

@@ -35,7 +35,7 @@ def models(
     from kernels.catalogue import BUILT_IN
     from kernels.models import MODELS
     from sweep.cli.listing import model_json, model_settings, model_table
-    from sweep.own_code.reading import named_model
+    from sweep.own_code import named_model
 
     if name is None:
         if as_json:
@@ -86,8 +86,8 @@ def schema(
     """Print the JSON Schema of a spec, with which editors check and complete it."""
     import json
 
-    from sweep.own_code.reading import schema_for
-    from sweep.spec.schema import json_schema
+    from sweep.own_code import schema_for
+    from sweep.spec import json_schema
 
     if spec:
         form = schema_for(spec, code=not no_code, code_from=code_from)

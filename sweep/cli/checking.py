@@ -30,7 +30,7 @@ def check(
     import json
     from dataclasses import asdict
 
-    from sweep.testing.promises import BROKEN, check_file
+    from sweep.testing import BROKEN, check_file
 
     checks = []
     owner = ""

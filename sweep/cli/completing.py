@@ -10,8 +10,8 @@ from pathlib import Path
 import typer
 
 from sweep.cli.topics import all_topics
-from sweep.spec.study_folder import STUDY_NAME, launched_studies
-from sweep.trial.compiled import beside_kernels
+from sweep.spec import STUDY_NAME, launched_studies
+from sweep.trial import beside_kernels
 
 
 def guide_topics(beginning: str) -> list[str]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from sweep.workers.executors import ExecutorFactory
+    from sweep.workers import ExecutorFactory
 
 LOCAL = "local"
 """The default engine."""
@@ -23,7 +23,7 @@ class Again(StrEnum):
 
 
 def _engine_names(beginning: str) -> list[str]:
-    from sweep.workers.engines import ENGINES
+    from sweep.workers import ENGINES
 
     return [name for name in ENGINES if name.startswith(beginning)]
 
@@ -87,7 +87,7 @@ def engine(
     """
     from sweep.errors import WorkersError
     from sweep.text import unknown
-    from sweep.workers.engines import ENGINES, MEMBERS, EngineOptions
+    from sweep.workers import ENGINES, MEMBERS, EngineOptions
 
     if name not in ENGINES:
         raise WorkersError(unknown("executor", name, ENGINES))

@@ -12,24 +12,20 @@ from kernels.model import Model
 from kernels.models import MODELS
 from kernels.registry import Registry
 from kernels.worlds import MAPS
-from sweep.design.plan import about
+from sweep.design import about
 from sweep.method import methods
-from sweep.published.starting import built_in_studies
-from sweep.spec.recorded import declaration_of
-from sweep.spec.settings import (
+from sweep.published import built_in_studies
+from sweep.spec import (
     WRAPS_ONLY,
     Settings,
     Value,
+    declaration_of,
     only_wrapping,
     settings_of,
 )
-from sweep.tables.causes import Cause, causes_of
-from sweep.tables.chains import cut_off
-from sweep.tables.means_text import brief
-from sweep.tables.stored_study import StoredStudy
-from sweep.tables.stored_tables import command
+from sweep.tables import Cause, StoredStudy, brief, causes_of, command, cut_off
 from sweep.text import so_many
-from sweep.workers.failures import MOST_CAUSES
+from sweep.workers import MOST_CAUSES
 
 
 def model_table() -> Table:

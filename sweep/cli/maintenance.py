@@ -84,9 +84,9 @@ def replay(
     said before.
     """
     from sweep.cli.replay_files import ReplayFiles, check, show
-    from sweep.replays.replay import replay as run_again
-    from sweep.tables.stored_study import StoredStudy
-    from sweep.workers.failures import in_a_line
+    from sweep.replays import replay as run_again
+    from sweep.tables import StoredStudy
+    from sweep.workers import in_a_line
 
     files = ReplayFiles(trajectory, animate, frame, every)
     stored = StoredStudy(study, results, trust=trust)
@@ -133,8 +133,8 @@ def verify(
     The exit code is 1 where one differs.
     """
     from sweep.cli.progress_line import ProgressLine
-    from sweep.replays.verify import verify as check
-    from sweep.tables.stored_study import StoredStudy
+    from sweep.replays import verify as check
+    from sweep.tables import StoredStudy
 
     with engine("cuda" if executor is Again.cuda else LOCAL, workers) as factory:
         verification = check(
@@ -171,9 +171,8 @@ def diff(
     compared, with --json in an object each.
     """
     from sweep.cli.spec_files import check_spec_file
-    from sweep.own_code.reading import load_spec, load_specs
-    from sweep.tables.spec_difference import compare
-    from sweep.tables.stored_study import StoredStudy
+    from sweep.own_code import load_spec, load_specs
+    from sweep.tables import StoredStudy, compare
 
     for file in filter(None, (spec, other)):
         check_spec_file(file, results)
@@ -204,9 +203,8 @@ def gc(
 
     It asks before, and merges parts too.
     """
-    from sweep.design.plan import size
-    from sweep.tables.cleaning import clean, find_waste
-    from sweep.tables.stored_study import StoredStudy
+    from sweep.design import size
+    from sweep.tables import StoredStudy, clean, find_waste
 
     stored = StoredStudy(study, results)
     waste = find_waste(stored)
@@ -238,8 +236,8 @@ def rename(
 ) -> None:
     """Give a stored study another name; all that is stored of it stays as it is."""
     from sweep.cli.spec_files import what_the_spec_needs
-    from sweep.store.whole_studies import rename_study
-    from sweep.tables.stored_study import StoredStudy
+    from sweep.store import rename_study
+    from sweep.tables import StoredStudy
 
     print(rename_study(study, name, results))
     if advice := what_the_spec_needs(StoredStudy(name, results)):
@@ -254,8 +252,8 @@ def rm(
     results: Results = Path("results"),
 ) -> None:
     """Delete all that is stored of a study, after asking; its spec stays."""
-    from sweep.design.plan import size
-    from sweep.store.whole_studies import place_of_study, remove_study, trials_in
+    from sweep.design import size
+    from sweep.store import place_of_study, remove_study, trials_in
 
     place = place_of_study(study, results)
     content = place.content()
@@ -306,8 +304,8 @@ def export(
 
     The file has units, provenance and a checksum.
     """
-    from sweep.tables.exporting import export as write
-    from sweep.tables.stored_study import StoredStudy
+    from sweep.tables import StoredStudy
+    from sweep.tables import export as write
 
     done = write(
         StoredStudy(study, results).where(*(where or ())),
@@ -349,9 +347,7 @@ def flocks(
     keeps them with record: {last_flocks: true}, or with an axis that is continued. With
     --changes it is a table of who changes from flock to flock.
     """
-    from sweep.tables.flock_changes import write_flock_changes
-    from sweep.tables.last_flocks import write_last_flocks
-    from sweep.tables.stored_study import StoredStudy
+    from sweep.tables import StoredStudy, write_flock_changes, write_last_flocks
 
     chosen = StoredStudy(study, results).where(*(where or ()))
     if changes:

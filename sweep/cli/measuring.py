@@ -32,11 +32,11 @@ def measure(
     They have the same bits as from a launch that records them, and nothing flies again.
     A metric that needs more than trajectories have is refused, and nothing is stored.
     """
-    from sweep.campaigns.measure import measure as compute
+    from sweep.campaigns import measure as compute
     from sweep.cli.progress_line import ProgressLine
-    from sweep.spec.strict_yaml import dump
+    from sweep.spec import dump
     from sweep.text import shortened, so_many
-    from sweep.workers.executors import Loky, worker_count
+    from sweep.workers import Loky, worker_count
 
     engine = Loky(worker_count(workers))
     line = ProgressLine(study, "trials measured")

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 @app.command(name="list")
 def list_studies(results: Results = Path("results"), as_json: Json = False) -> None:
     """List the studies in a folder of results, and how far each is."""
-    from sweep.store.locations import local_folder
-    from sweep.tables.overview import studies
+    from sweep.store import local_folder
+    from sweep.tables import studies
 
     stored = studies(local_folder(results, "the list of studies needs"))
     if stored.empty and not as_json:
@@ -28,14 +28,14 @@ def columns(
     study: StudyName, results: Results = Path("results"), as_json: Json = False
 ) -> None:
     """List the columns of the tables of a study: type, unit, and what they are."""
-    from sweep.tables.stored_study import StoredStudy
+    from sweep.tables import StoredStudy
 
     _show(StoredStudy(study, results).columns, as_json)
 
 
 def _show(rows: "pd.DataFrame", as_json: bool) -> None:
     if as_json:
-        from sweep.tables.json_rows import rows_as_json
+        from sweep.tables import rows_as_json
 
         print(rows_as_json(rows))
         return

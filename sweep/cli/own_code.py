@@ -30,8 +30,8 @@ def code(
     code, ready to launch, and each earlier version in a folder of its own.
     """
     from sweep.cli.spec_files import how_to_launch_on
-    from sweep.sharing.laid_out import lay_out
-    from sweep.tables.stored_study import StoredStudy
+    from sweep.sharing import lay_out
+    from sweep.tables import StoredStudy
 
     stored = StoredStudy(study, results)
     versions = stored.own_code

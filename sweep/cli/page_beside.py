@@ -12,14 +12,14 @@ from contextlib import contextmanager, suppress
 from importlib.util import find_spec
 
 from sweep.cli.app import stop
-from sweep.store.processes import started
+from sweep.store import started
 from sweep.text import installing
 
 NEEDED = ("starlette", "uvicorn", "websockets")
 SHOW = """
 import sys
 from sweep.cli import main
-from sweep.store.processes import end_with
+from sweep.store import end_with
 
 _, parent, began, *words = sys.argv
 end_with(int(parent), began or None)

@@ -11,11 +11,10 @@ from types import TracebackType
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
 from rich.progress import Progress as Bar
 
-from sweep.campaigns.progress import Progress
+from sweep.campaigns import Progress
 from sweep.cli.terminal import Terminal
-from sweep.design.plan import duration
-from sweep.store.locations import Location
-from sweep.store.shares import Share
+from sweep.design import duration
+from sweep.store import Location, Share
 from sweep.text import guard_streams, so_many, unguarded
 
 LINE_SECONDS = 10.0

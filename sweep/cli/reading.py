@@ -11,10 +11,10 @@ from typer.core import TyperArgument, TyperCommand
 from sweep.cli.app import Json, Quiet, Results, StudyName, app
 from sweep.cli.reporting import Where, enter_reports, report_command
 from sweep.method import own_methods
-from sweep.methods.options import Metrics, Over, OverOption
+from sweep.methods import Metrics, Over, OverOption
 
 if TYPE_CHECKING:
-    from sweep.tables.reports import Report
+    from sweep.tables import Report
 
 
 class IntervalKind(StrEnum):
@@ -34,7 +34,7 @@ def status(
 ) -> None:
     """How much of a study is stored, and what went wrong."""
     from sweep.cli.listing import status_json, status_text
-    from sweep.tables.stored_study import StoredStudy
+    from sweep.tables import StoredStudy
 
     stored = StoredStudy(study, results)
     print(status_json(stored) if as_json else status_text(stored))
@@ -76,11 +76,13 @@ def table(
     ] = None,
 ) -> "Report":
     """Means of the metrics with 95 % intervals over the replicates of each point."""
-    from sweep.tables.choosing import Refusals
-    from sweep.tables.kept_apart import keep_apart
-    from sweep.tables.means_text import means_report
-    from sweep.tables.point_means import point_means
-    from sweep.tables.stored_study import StoredStudy
+    from sweep.tables import (
+        Refusals,
+        StoredStudy,
+        keep_apart,
+        means_report,
+        point_means,
+    )
 
     stored = keep_apart(StoredStudy(study, results))
     refusals = Refusals()
@@ -127,7 +129,7 @@ class PlotCommand(TyperCommand):
         formatter : click.HelpFormatter
             The formatter that gets the help.
         """
-        from sweep.figures.kinds import KINDS
+        from sweep.figures import KINDS
 
         names = [name for name, kind in KINDS.items() if not kind.of_search]
         of_search = [name for name, kind in KINDS.items() if kind.of_search]
@@ -184,11 +186,16 @@ def plot(
 
     Several studies are drawn into one figure, told apart as settings are.
     """
-    from sweep.figures.asked import check_shared, plot_arguments
-    from sweep.figures.kinds import draw_figures, plan_figures
-    from sweep.figures.own_kinds import with_files
-    from sweep.figures.planning import Choices
-    from sweep.spec.study_folder import FIGURES
+    from sweep.figures import (
+        Choices,
+        check_shared,
+        draw_figures,
+        plan_figures,
+        plot_arguments,
+        with_files,
+    )
+    from sweep.spec import FIGURES
+    from sweep.tables import stored_parts
 
     arguments = plot_arguments([study, *(names or ())], results, where or ())
     stored = arguments.study
@@ -200,7 +207,7 @@ def plot(
     for reason in [*unshared, *figures.left_out]:
         print(f"not drawn: {reason}", file=sys.stderr)
     below = out or (results if isinstance(results, Path) else Path())
-    first, *further = [part.name for part in stored.parts]
+    first, *further = [part.name for part in stored_parts(stored)]
     home = (
         below / first / FIGURES
         if isinstance(results, Path)

@@ -5,21 +5,20 @@ from pathlib import Path
 from typing import NamedTuple
 
 from sweep.cli.progress_line import ProgressLine
-from sweep.design.jobs import Job
+from sweep.design import Job
 from sweep.errors import ChoiceError
-from sweep.replays.animation import (
+from sweep.replays import (
+    FLIGHTS,
+    Report,
     check_frame,
+    find_ffmpeg,
     frames_apart,
     write_animation,
+    write_flight,
     write_picture,
 )
-from sweep.replays.flight import FLIGHTS, Report, write_flight
-from sweep.replays.video import find_ffmpeg
-from sweep.store.origin import PROVENANCE
-from sweep.store.provenance import machine
-from sweep.tables.exporting import BESIDE, about_of
-from sweep.tables.outputs import check_output
-from sweep.tables.stored_study import StoredStudy
+from sweep.store import PROVENANCE, machine
+from sweep.tables import BESIDE, StoredStudy, about_of, check_output
 
 
 class ReplayFiles(NamedTuple):
@@ -123,14 +122,14 @@ def _check_animation(study: StoredStudy, trial: str, path: Path, every: int) -> 
     if path.suffix == ".mp4":
         find_ffmpeg()
     elif path.suffix == ".html":
-        from sweep.web.recording import check_page
+        from sweep.web import check_page
 
         check_page(study.job(study.trial(trial)), every)
 
 
 def _animate(study: StoredStudy, job: Job, path: Path, every: int) -> None:
     if path.suffix == ".html":
-        from sweep.web.replayed_page import write_page
+        from sweep.web import write_page
 
         write_page(study, job.trial_id, path, every, report=_report(path))
     else:

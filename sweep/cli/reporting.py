@@ -17,8 +17,8 @@ from sweep.text import description_of
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from sweep.store.locations import Location
-    from sweep.tables.reports import Report, TextTable
+    from sweep.store import Location
+    from sweep.tables import Report, TextTable
 
 log = logging.getLogger("sweep")
 Csv = Annotated[bool, typer.Option("--csv", help="Print CSV.")]
@@ -120,7 +120,7 @@ def _of_study(make: Make) -> None:
     def of_name(
         study: str, results: "Location", where: list[str] | None, **options: Any
     ) -> "Report":
-        from sweep.tables.stored_study import StoredStudy
+        from sweep.tables import StoredStudy
 
         return make(StoredStudy(study, results).where(*(where or ())), **options)
 
@@ -131,7 +131,7 @@ def _of_study(make: Make) -> None:
 def print_report(report: "Report") -> None:
     """Print the tables and lines of a report for a reader."""
     from sweep.cli.terminal import console
-    from sweep.tables.reports import TextTable
+    from sweep.tables import TextTable
 
     out = console()
     for part in report.parts:

@@ -84,12 +84,12 @@ def launch(
 
     Ctrl-C stops at once and keeps what is done; the same command goes on from there.
     """
-    from sweep.campaigns.launch import check_flights, check_launches
-    from sweep.campaigns.launch import launch as run_study
+    from sweep.campaigns import check_flights, check_launches
+    from sweep.campaigns import launch as run_study
     from sweep.cli.progress import ProgressBar, launch_json
     from sweep.cli.spec_files import check_spec_file
-    from sweep.own_code.reading import load_specs, with_variants
-    from sweep.store.shares import Share
+    from sweep.own_code import load_specs, with_variants
+    from sweep.store import Share
 
     share = Share.parse(shard) if shard else None
     if no_open and not show:
@@ -173,11 +173,11 @@ def search(
     from sweep.cli import search_report as report
     from sweep.cli.progress import ProgressBar
     from sweep.cli.spec_files import check_spec_file
-    from sweep.methods.search.export import check_export
-    from sweep.methods.search.export import export as write_export
-    from sweep.methods.search.strategy import search as run_search
-    from sweep.own_code.reading import load_spec
-    from sweep.tables.stored_study import StoredStudy
+    from sweep.methods.search import check_export
+    from sweep.methods.search import export as write_export
+    from sweep.methods.search import search as run_search
+    from sweep.own_code import load_spec
+    from sweep.tables import StoredStudy
 
     check_spec_file(spec, results)
     study = load_spec(spec, code=not no_code, code_from=code_from)
@@ -230,10 +230,10 @@ def plan(
     Of a spec of several studies there is a plan each, with --json an object each. So it
     is with the variants that `validate` asks for.
     """
-    from sweep.campaigns.plan import plan_of
+    from sweep.campaigns import plan_of
     from sweep.cli.spec_files import check_spec_file
-    from sweep.own_code.reading import load_specs, with_variants
-    from sweep.workers.executors import worker_count
+    from sweep.own_code import load_specs, with_variants
+    from sweep.workers import worker_count
 
     check_spec_file(spec, results)
     specs = load_specs(spec, code=not no_code, code_from=code_from)
@@ -303,15 +303,21 @@ def reproduce(
     difference exceeds its margin is weak, and how many trials would do.
     """
     from sweep.cli.progress import ProgressBar
-    from sweep.published.bibliography import FILE
-    from sweep.published.foresight import outlook_lines, outlooks
-    from sweep.published.publications import code_files, read_all
-    from sweep.published.reproduce import reproduce as run_all
-    from sweep.published.trying import chosen_variants, most_trials, try_all
-    from sweep.published.variants import KINDS
-    from sweep.spec.built_in import EXPERIMENTS
-    from sweep.store.locations import local_folder
-    from sweep.workers.executors import Loky, worker_count
+    from sweep.published import (
+        FILE,
+        KINDS,
+        chosen_variants,
+        code_files,
+        most_trials,
+        outlook_lines,
+        outlooks,
+        read_all,
+        try_all,
+    )
+    from sweep.published import reproduce as run_all
+    from sweep.spec import EXPERIMENTS
+    from sweep.store import local_folder
+    from sweep.workers import Loky, worker_count
 
     folder = local_folder(results, "the page and its figures are written to")
     quick = scale is not Scale.full

@@ -6,20 +6,21 @@ from io import StringIO
 from rich.table import Table
 
 from sweep.cli.terminal import Terminal
-from sweep.methods.search.asked_trials import read_asked
-from sweep.methods.search.findings import Findings, warnings
-from sweep.methods.search.report import (
+from sweep.methods.search import (
+    Findings,
     ReportTable,
     against_text,
     best_text,
     differences_table,
     front_table,
     judged_table,
+    read_asked,
     references_text,
     report_facts,
     searched_text,
+    warnings,
 )
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables import StoredStudy
 
 WIDTH = 10_000
 """The width of a table in characters, so large that no cell is cut off."""

@@ -35,9 +35,9 @@ def pack(
 
     It has its tables, spec, code, origin, citation and checksums.
     """
-    from sweep.design.plan import size
-    from sweep.sharing.packing import pack as write
-    from sweep.tables.stored_study import StoredStudy
+    from sweep.design import size
+    from sweep.sharing import pack as write
+    from sweep.tables import StoredStudy
 
     done = write(StoredStudy(study, results), to, force=force)
     print(f"{done.path}: {size(done.size_bytes)}", file=sys.stderr)
@@ -69,9 +69,8 @@ def load(
     No code of the study runs.
     """
     from sweep.cli.spec_files import how_to_launch_on, what_the_spec_needs
-    from sweep.sharing.laid_out import check_new, lay_out
-    from sweep.sharing.unpacking import unpack
-    from sweep.tables.stored_study import StoredStudy
+    from sweep.sharing import check_new, lay_out, unpack
+    from sweep.tables import StoredStudy
 
     if to:
         check_new(to)
@@ -107,8 +106,8 @@ def cite(
     These are the work behind its model, and the study with a hash of its content.
     --json prints CSL, as Zotero and pandoc read it.
     """
-    from sweep.sharing.citing import cite as cited
-    from sweep.tables.stored_study import StoredStudy
+    from sweep.sharing import cite as cited
+    from sweep.tables import StoredStudy
 
     one_format(bibtex=bibtex, json=as_json)
     citation = cited(StoredStudy(study, results) if study else None)
@@ -134,12 +133,12 @@ def odd(
     It is made of what the code and the spec say of themselves. What they do not say is
     a gap.
     """
-    from sweep.design.design import expand
-    from sweep.own_code.reading import load_spec
-    from sweep.sharing.odd import odd as described
-    from sweep.sharing.odd import of_spec, of_stored
-    from sweep.spec.study_folder import SPEC_ENDINGS
-    from sweep.tables.stored_study import StoredStudy
+    from sweep.design import expand
+    from sweep.own_code import load_spec
+    from sweep.sharing import odd as described
+    from sweep.sharing import of_spec, of_stored
+    from sweep.spec import SPEC_ENDINGS
+    from sweep.tables import StoredStudy
 
     if study.endswith(SPEC_ENDINGS):
         spec = load_spec(Path(study), code=not no_code, code_from=code_from)

@@ -43,12 +43,12 @@ from sweep.cli.supplementing import (
     write_supplement,
 )
 from sweep.cli.viewing import open_page
-from sweep.methods.options import Confidence, Correction, Margin, Over, Together
+from sweep.methods import Confidence, Correction, Margin, Over, Together
 from sweep.text import installing
 
 if TYPE_CHECKING:
-    from sweep.explorer.asking import AskComparison
-    from sweep.web.launching import Launcher
+    from sweep.explorer import AskComparison
+    from sweep.web import Launcher
 
 ALWAYS = ("study", "other", "results", "trust", "to")
 SERVED = ("port", "no_open", "launch")
@@ -132,7 +132,7 @@ def show(
     """
     _check_options(context, study, other, to)
     if study is None or to is None:
-        from sweep.explorer.asking import AskComparison
+        from sweep.explorer import AskComparison
 
         launcher = None
         if launch:
@@ -154,9 +154,8 @@ def show(
             )
         _serve(results, first, port, launcher, trust=trust, no_open=no_open)
         return
-    from sweep.explorer.publication import PaperTexts, publication, read_cff
-    from sweep.explorer.supplement import SupplementChoice
-    from sweep.tables.stored_study import StoredStudy
+    from sweep.explorer import PaperTexts, SupplementChoice, publication, read_cff
+    from sweep.tables import StoredStudy
 
     check_file(to, force=force)
     named = publication(title, tuple(author or ()), doi, licence, caption=caption)
@@ -216,8 +215,8 @@ def _launcher(
 ) -> "Launcher":
     """Return the launcher of the spec in a file, which must exist."""
     from sweep.cli.spec_files import check_spec_file
-    from sweep.own_code.reading import load_spec
-    from sweep.web.launching import Launcher
+    from sweep.own_code import load_spec
+    from sweep.web import Launcher
 
     check_spec_file(file, results)
     options += ["--code-from", str(code_from)] if code_from else []
@@ -235,7 +234,7 @@ def _serve(
     no_open: bool,
 ) -> None:
     try:
-        from sweep.explorer.site import explorer
+        from sweep.explorer import explorer
 
         server, url = explorer(results, first, port, trust=trust, launcher=launcher)
     except ModuleNotFoundError as error:

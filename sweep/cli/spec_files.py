@@ -6,16 +6,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from sweep.errors import ChoiceError, UserError
-from sweep.own_code.sources import SUFFIX
-from sweep.spec.study_folder import SPEC, SPEC_ENDINGS
-from sweep.store.finding import stored_names, studies_of
-from sweep.store.locations import Location
-from sweep.tables.stored_spec import command_of
+from sweep.own_code import SUFFIX
+from sweep.spec import SPEC, SPEC_ENDINGS
+from sweep.store import Location, stored_names, studies_of
+from sweep.tables import command_of
 from sweep.text import shortened
 
 if TYPE_CHECKING:
-    from sweep.sharing.laid_out import LaidOut
-    from sweep.tables.stored_study import StoredStudy
+    from sweep.sharing import LaidOut
+    from sweep.tables import StoredStudy
 
 
 def check_spec_file(file: Path, results: Location = Path("results")) -> None:
@@ -42,7 +41,7 @@ def check_spec_file(file: Path, results: Location = Path("results")) -> None:
 
 def _again(name: str, results: Location) -> str:
     """Return how to launch a stored study again, in words."""
-    from sweep.tables.stored_study import StoredStudy
+    from sweep.tables import StoredStudy
 
     try:
         stored = StoredStudy(name, results)

@@ -55,9 +55,8 @@ def init(
     """  # noqa: D301 (click keeps the lines of a paragraph that begins with \b)
     from sweep.cli.listing import built_in_table
     from sweep.cli.terminal import console
-    from sweep.published.model_studies import begin_with_model
-    from sweep.published.starting import begin
-    from sweep.workers.executors import core_count
+    from sweep.published import begin, begin_with_model
+    from sweep.workers import core_count
 
     if preset and not model:
         stop("--preset is that of a model: add --model")
@@ -93,7 +92,7 @@ def new(
     It is a file NAME.py that works as it stands. A model comes with NAME.yaml, a small
     study of it, and with test_NAME.py. No file is replaced.
     """
-    from sweep.published.creating import create
+    from sweep.published import create
 
     written = create(kind, name, folder)
     print(", ".join(map(str, written)), file=sys.stderr)

@@ -9,9 +9,8 @@ import typer
 from sweep.cli.progress_line import ProgressLine
 
 if TYPE_CHECKING:
-    from sweep.explorer.publication import PaperTexts
-    from sweep.explorer.supplement import SupplementChoice
-    from sweep.tables.stored_study import StoredStudy
+    from sweep.explorer import PaperTexts, SupplementChoice
+    from sweep.tables import StoredStudy
 
 FRAMES = 601
 PANEL = "With --to"
@@ -127,9 +126,9 @@ def write_supplement(
     workers : int
         The number of worker processes; 0 for one per core.
     """
-    from sweep.explorer.supplement import planned
-    from sweep.tables.outputs import unfinished
-    from sweep.workers.executors import Loky, core_count
+    from sweep.explorer import planned
+    from sweep.tables import unfinished
+    from sweep.workers import Loky, core_count
 
     plan = planned(study, choice, texts)
     engine = Loky(workers or core_count())
@@ -143,6 +142,6 @@ def write_supplement(
 
 def check_file(to: Path, *, force: bool) -> None:
     """Raise OutputError if the file cannot be at its path."""
-    from sweep.tables.outputs import check_output
+    from sweep.tables import check_output
 
     check_output(to, [".html"], force=force)

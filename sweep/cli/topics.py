@@ -10,7 +10,7 @@ from pathlib import PurePosixPath
 from posixpath import normpath
 from typing import NamedTuple
 
-from sweep.spec.built_in import DOCS, GUIDE
+from sweep.spec import DOCS, GUIDE
 
 FENCE = "```"
 FOLDERS = ("tutorials", "explanations")

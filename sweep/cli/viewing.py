@@ -11,15 +11,13 @@ import typer
 
 from sweep.cli.app import CodeFrom, LaunchFile, NoCode, Results, Trust, app, stop
 from sweep.cli.completing import model_names
-from sweep.spec.study_folder import SPEC_ENDINGS
+from sweep.spec import SPEC_ENDINGS
 from sweep.text import installing
 
 if TYPE_CHECKING:
-    from sweep.spec.study import Study
-    from sweep.tables.stored_study import StoredStudy
-    from sweep.tables.stored_trials import StoredTrial
-    from sweep.web.show import Show
-    from sweep.web.state import ViewState
+    from sweep.spec import Study
+    from sweep.tables import StoredStudy, StoredTrial
+    from sweep.web import Show, ViewState
 
 
 @app.command()
@@ -97,11 +95,8 @@ def view(
     if trial and settings:
         stop("--set is for a live run, and a stored trial has its settings")
     try:
-        from sweep.explorer.site import site_of
-        from sweep.explorer.watching import Watched
-        from sweep.web.launching import Launcher
-        from sweep.web.rooms import PageSite
-        from sweep.web.server import PageServer
+        from sweep.explorer import Watched, site_of
+        from sweep.web import Launcher, PageServer, PageSite
     except ModuleNotFoundError as error:
         needed = f"the live simulator needs {error.name}, which is not installed"
         stop(f"{needed}: {installing('view')}")
@@ -159,7 +154,7 @@ def _check_launch(file: Path, source: str | None, model: str | None) -> None:
 
 
 def _spec_of(file: Path, *, code: bool, code_from: Path | None) -> "Study":
-    from sweep.own_code.reading import load_spec
+    from sweep.own_code import load_spec
 
     return load_spec(file, code=code, code_from=code_from)
 
@@ -174,13 +169,13 @@ def _first_at_once(begin: "Callable[[], Show]") -> "Callable[[], Show]":
 
 
 def _stored(study: str, results: Results, trust: bool) -> "StoredStudy":
-    from sweep.tables.stored_study import StoredStudy
+    from sweep.tables import StoredStudy
 
     return StoredStudy(study, results, trust=trust)
 
 
 def _replayed(stored: "StoredStudy", trial: str) -> "Callable[[], Show]":
-    from sweep.web.replaying import Replay
+    from sweep.web import Replay
 
     _of_then(stored, trial)
     return lambda: Replay(stored, trial)
@@ -195,7 +190,7 @@ def _of_then(stored: "StoredStudy", trial: str) -> "StoredTrial":
 
 
 def _live(state: "ViewState") -> "Callable[[], Show]":
-    from sweep.web.live import Live
+    from sweep.web import Live
 
     return lambda: Live(state)
 
@@ -205,8 +200,8 @@ def _chosen(
 ) -> "ViewState":
     """Return the state that shows a built-in model, or a model of a file."""
     from kernels.catalogue import BUILT_IN
-    from sweep.own_code.reading import named_model
-    from sweep.web.state import begin
+    from sweep.own_code import named_model
+    from sweep.web import begin
 
     name, known = named_model(model, code=code) if model else (None, BUILT_IN)
     state = begin(name, preset, known=known)
@@ -215,7 +210,7 @@ def _chosen(
 
 def _with(settings: list[str] | None, state: "ViewState") -> "ViewState":
     """Return the state with settings, each NAME=VALUE as in a spec."""
-    from sweep.spec.strict_yaml import parse_document
+    from sweep.spec import parse_document
 
     changes: dict[str, object] = {}
     for text in settings or ():
@@ -239,9 +234,8 @@ def _state_of(
     choose among all trials of its spec.
     """
     from sweep.errors import StoreError
-    from sweep.own_code.reading import load_specs
-    from sweep.web.state import from_study
-    from sweep.web.stored import from_stored
+    from sweep.own_code import load_specs
+    from sweep.web import from_stored, from_study
 
     if _is_spec(source):
         return from_study(load_specs(Path(source), code=code, code_from=code_from)[0])

@@ -7,7 +7,7 @@ import typer
 
 from sweep.cli.app import CodeFrom, NoCode, Quiet, app
 from sweep.cli.completing import model_names
-from sweep.spec.study_folder import SPEC_ENDINGS
+from sweep.spec import SPEC_ENDINGS
 
 
 @app.command()
@@ -31,8 +31,8 @@ def warm(
     that can be measured in it. Where everything is compiled it is only loaded.
     """
     from kernels.models import MODELS
-    from sweep.campaigns.warming import cache_folder, warm_model, warm_study
-    from sweep.own_code.reading import load_spec
+    from sweep.campaigns import cache_folder, warm_model, warm_study
+    from sweep.own_code import load_spec
 
     for source in sources or list(MODELS):
         if Path(source).suffix in SPEC_ENDINGS:

@@ -11,10 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.design.points import Points
-from sweep.spec.axes import Axis, distinct_rows
-from sweep.spec.continuing import DIRECTION, DOWN
-from sweep.spec.settings import Values
-from sweep.spec.study import Study
+from sweep.spec import DIRECTION, DOWN, Axis, Study, Values, distinct_rows
 
 FIRST = -1
 """Index of the point before the first link of a chain, which has none."""

@@ -5,7 +5,7 @@ from kernels.metrics import METRICS
 from kernels.models import MODELS
 from kernels.starts import STARTS
 from kernels.worlds import MAPS
-from sweep.spec.study import Study
+from sweep.spec import Study
 
 
 def study_code(study: Study) -> Code:

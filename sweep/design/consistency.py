@@ -12,9 +12,7 @@ from sweep.design.obstacles import check_obstacles
 from sweep.design.points import SIDES, Points
 from sweep.design.senses import check_senses
 from sweep.design.spreads import check_spreads
-from sweep.spec.expressions import parse
-from sweep.spec.mistakes import Mistakes
-from sweep.spec.study import Study
+from sweep.spec import Mistakes, Study, parse
 
 MOST_SIDE = 1e15
 DEMANDS = (

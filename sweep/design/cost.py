@@ -26,8 +26,7 @@ from kernels.topology import look_around
 from sweep.design.design import Design, evenly
 from sweep.design.jobs import ContinuedJobs, Job, LinkedJobs, SomeJobs, steps_of
 from sweep.design.robots import robots_at
-from sweep.spec.settings import Value, settings_of, settings_tuple
-from sweep.spec.study import RecordSpec, Study
+from sweep.spec import RecordSpec, Study, Value, settings_of, settings_tuple
 
 TRIAL_SECONDS = 1.5e-3
 BOID_STEP_SECONDS = 110e-9

@@ -10,16 +10,20 @@ from sweep.design.chains import Links, linked
 from sweep.design.consistency import check_consistency
 from sweep.design.order import Fineness, fineness_of
 from sweep.design.points import Points, across, check_maps, fitted_to_map, united
-from sweep.spec.axes import Axis, by_design
-from sweep.spec.limits import (
+from sweep.spec import (
     MOST_CELLS,
     MOST_OPERATIONS,
     MOST_POINTS,
     MOST_TRIALS,
+    Axis,
+    NotAllowedError,
+    Study,
+    Value,
+    Values,
     beyond,
+    by_design,
+    sections,
 )
-from sweep.spec.settings import NotAllowedError, Value, Values
-from sweep.spec.study import Study, sections
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,7 @@
 
 from kernels.robots.abilities import remedy, why_not
 from sweep.design.points import Points
-from sweep.spec.settings import places_of
-from sweep.spec.study import Study
+from sweep.spec import Study, places_of
 
 SETTING = "next_goals"
 LINE = "goal_x, goal_y = goal_of(world, work.goals, i)"

@@ -27,12 +27,21 @@ from sweep.design.design import Design
 from sweep.design.order import coarse_first
 from sweep.design.recording import Recording
 from sweep.design.trial_ids import BYTES, Ids, as_texts
-from sweep.spec.continuing import DOWN, PARENT
-from sweep.spec.copied_maps import Obstacles
-from sweep.spec.maps import OwnMap
-from sweep.spec.seeds import address, point_numbers
-from sweep.spec.settings import Value, usual_settings
-from sweep.spec.study import ALL_PAIRS, RecordSpec, Stream, Streams, Study
+from sweep.spec import (
+    ALL_PAIRS,
+    DOWN,
+    PARENT,
+    Obstacles,
+    OwnMap,
+    RecordSpec,
+    Stream,
+    Streams,
+    Study,
+    Value,
+    address,
+    point_numbers,
+    usual_settings,
+)
 
 if TYPE_CHECKING:
     import pyarrow as pa

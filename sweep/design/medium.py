@@ -3,7 +3,7 @@
 from kernels.settings import Demand, Medium
 from sweep.design.points import Points
 from sweep.design.published_steps import check_published
-from sweep.spec.study import Study
+from sweep.spec import Study
 
 MOST_GUSTS = 10
 """Bound of a gust in standard deviations.

@@ -7,7 +7,7 @@ from kernels.robots.abilities import remedy, why_not
 from kernels.settings import Demand
 from sweep.design.points import Points
 from sweep.design.published_steps import check_published
-from sweep.spec.study import Study
+from sweep.spec import Study
 
 MOTOR_DEMANDS = (
     Demand(

@@ -5,9 +5,7 @@ import numpy as np
 from kernels.shapes import velocity_of
 from sweep.design.points import Points
 from sweep.design.published_steps import check_published
-from sweep.spec.document import Place
-from sweep.spec.mistakes import Mistakes
-from sweep.spec.study import Study
+from sweep.spec import Mistakes, Place, Study
 
 
 def check_obstacles(study: Study, points: Points) -> None:

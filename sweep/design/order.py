@@ -14,7 +14,7 @@ Source: J. G. van der Corput, Verteilungsfunktionen, Proc. Akad. Wet. Amsterdam 
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.spec.axes import Axis
+from sweep.spec import Axis
 
 Fineness = NDArray[np.int32]
 

@@ -13,10 +13,7 @@ from kernels.settings import COMMON
 from sweep.design.cost import KNOWN_PACE, TrialPace, study_cost
 from sweep.design.design import Design, Rejection, expand
 from sweep.design.points import Points
-from sweep.spec.expressions import parse
-from sweep.spec.sections import GrowthRule
-from sweep.spec.settings import TORUS, WRAPS_ONLY
-from sweep.spec.study import Study, sections
+from sweep.spec import TORUS, WRAPS_ONLY, GrowthRule, Study, parse, sections
 from sweep.text import so_many
 
 LEAST_SAID = 0.1

@@ -12,12 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.design.order import Fineness
-from sweep.spec.axes import distinct_rows
-from sweep.spec.document import Place
-from sweep.spec.evaluation import ExpressionError
-from sweep.spec.expressions import Expression
-from sweep.spec.settings import TORUS, Value, Values
-from sweep.spec.study import Study
+from sweep.spec import (
+    TORUS,
+    Expression,
+    ExpressionError,
+    Place,
+    Study,
+    Value,
+    Values,
+    distinct_rows,
+)
 
 SIDES = ("width", "height")
 

@@ -1,8 +1,7 @@
 """The requirement that a model calls `publish`."""
 
 from kernels.robots.abilities import remedy, to_publish, why_not
-from sweep.spec.document import Place
-from sweep.spec.study import Study
+from sweep.spec import Place, Study
 
 
 def check_published(

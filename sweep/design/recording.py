@@ -9,7 +9,7 @@ from dataclasses import asdict, replace
 from typing import Any, NamedTuple
 
 from sweep.design.code import study_code
-from sweep.spec.study import LAST_FLOCKS, LAST_STATES, RecordSpec, Study
+from sweep.spec import LAST_FLOCKS, LAST_STATES, RecordSpec, Study
 
 LATER = (LAST_STATES, LAST_FLOCKS)
 """Keys of later versions; ids cover them only if they are true."""

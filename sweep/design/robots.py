@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 
 from kernels.catalogue import Catalogue
 from kernels.settings import ROBOT_GROUPS, RobotSettings, Spread
-from sweep.spec.settings import Settings, Value, settings_of, settings_tuple
+from sweep.spec import Settings, Value, settings_of, settings_tuple
 
 
 def robots_at(

@@ -8,9 +8,7 @@ from numpy.typing import NDArray
 
 from sweep.design.points import Points
 from sweep.design.published_steps import check_published
-from sweep.spec.document import Place
-from sweep.spec.mistakes import Mistakes
-from sweep.spec.study import Study
+from sweep.spec import Mistakes, Place, Study
 
 MOST_BYTES = 2**28
 """Bound of the messages that are under way in one trial."""

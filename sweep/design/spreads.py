@@ -2,7 +2,7 @@
 
 from kernels.robots.readers import potential_of
 from sweep.design.points import Points
-from sweep.spec.study import Study
+from sweep.spec import Study
 
 
 def check_spreads(study: Study, points: Points) -> None:

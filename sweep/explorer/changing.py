@@ -8,12 +8,11 @@ from sweep.errors import ChoiceError
 from sweep.explorer.asking import AskRefine
 from sweep.explorer.refining import Extension, Range, refined
 from sweep.explorer.watching import Watched
-from sweep.figures.scales import is_logarithmic
-from sweep.figures.selection import has_scale, select
-from sweep.spec.study import Study
-from sweep.tables.stored_study import StoredStudy
+from sweep.figures import has_scale, is_logarithmic, select
+from sweep.spec import Study
+from sweep.tables import StoredStudy
 from sweep.text import shortened, unknown
-from sweep.web.launching import Launcher, proposed, spec_like, stored_spec
+from sweep.web import Launcher, proposed, spec_like, stored_spec
 
 
 def refine(

@@ -25,8 +25,8 @@ from sweep.methods.comparison import (
     telling,
     titles,
 )
-from sweep.spec.recorded import Column
-from sweep.tables.safe_csv import as_csv
+from sweep.spec import Column
+from sweep.tables import as_csv
 from sweep.text import unknown
 
 

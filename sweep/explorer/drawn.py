@@ -9,12 +9,18 @@ from sweep.errors import ChoiceError
 from sweep.explorer.asking import AskFigure
 from sweep.explorer.points import spelled_command
 from sweep.explorer.watching import Watched
-from sweep.figures.kinds import KINDS
-from sweep.figures.marks import FigureMarks, MarkedAxis, MarkedPanel, thinned
-from sweep.figures.planning import Choices, FigureKind
-from sweep.figures.selection import has_scale, select
-from sweep.tables.json_rows import json_rows
-from sweep.tables.stored_study import StoredStudy
+from sweep.figures import (
+    KINDS,
+    Choices,
+    FigureKind,
+    FigureMarks,
+    MarkedAxis,
+    MarkedPanel,
+    has_scale,
+    select,
+    thinned,
+)
+from sweep.tables import StoredStudy, json_rows
 from sweep.text import unknown
 
 

@@ -6,8 +6,7 @@ contains it.
 
 from html import escape
 
-from sweep.web.document import source_of
-from sweep.web.page import STATIC, script, style
+from sweep.web import STATIC, script, source_of, style
 
 IN_A_NOTEBOOK = {"ask": "kernel", "socket": "kernel"}
 """Modules of the page, with those that replace them in a notebook."""

@@ -9,10 +9,10 @@ from typing import Any
 from sweep.errors import ChoiceError
 from sweep.explorer.asking import AskPublished
 from sweep.explorer.watching import Watched
-from sweep.figures.selection import recorded
-from sweep.spec.built_in import EXPERIMENTS
-from sweep.tables.stored_study import StoredStudy
-from sweep.web.claimed import published
+from sweep.figures import recorded
+from sweep.spec import EXPERIMENTS
+from sweep.tables import StoredStudy
+from sweep.web import published
 
 
 def published_at(watched: Watched, question: AskPublished) -> dict[str, Any]:

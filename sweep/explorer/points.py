@@ -11,11 +11,17 @@ import pandas as pd
 
 from sweep.explorer.asking import MOST_ROWS, AskPoints
 from sweep.explorer.watching import Watched
-from sweep.tables.json_rows import json_rows
-from sweep.tables.means_text import brief, caption, cell_text, point_rows
-from sweep.tables.point_means import PointMeans, point_means
-from sweep.tables.safe_csv import as_csv
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables import (
+    PointMeans,
+    StoredStudy,
+    as_csv,
+    brief,
+    caption,
+    cell_text,
+    json_rows,
+    point_means,
+    point_rows,
+)
 
 
 def points(watched: Watched, question: AskPoints) -> dict[str, Any]:

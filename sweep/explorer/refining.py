@@ -17,15 +17,20 @@ from numpy.typing import NDArray
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
-from sweep.design.design import Design, expand
+from sweep.design import Design, expand
 from sweep.errors import ChoiceError
-from sweep.spec.axes import DIGITS, Axis, by_design
-from sweep.spec.distributions import DISTRIBUTIONS
-from sweep.spec.document import Place
-from sweep.spec.point_tables import TABLE
-from sweep.spec.settings import Setting, Values
-from sweep.spec.strict_yaml import parse_document
-from sweep.spec.study import Study
+from sweep.spec import (
+    DIGITS,
+    DISTRIBUTIONS,
+    TABLE,
+    Axis,
+    Place,
+    Setting,
+    Study,
+    Values,
+    by_design,
+    parse_document,
+)
 from sweep.text import unknown
 
 Range = tuple[float, float]

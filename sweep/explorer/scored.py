@@ -7,16 +7,14 @@ import base64
 from pathlib import Path
 from typing import Any
 
-from sweep.analysis.notation import number, with_interval
+from sweep.analysis import number, with_interval
 from sweep.errors import ChoiceError, StoreError
 from sweep.explorer.asking import AskPicture, AskScorecard
 from sweep.explorer.points import spelled_command
 from sweep.explorer.watching import Watched
-from sweep.spec.recorded import Column
-from sweep.spec.study_folder import SCORECARD
-from sweep.store.locations import local_folder
-from sweep.store.regular import read_json, read_whole
-from sweep.tables.choosing import spelled
+from sweep.spec import SCORECARD, Column
+from sweep.store import local_folder, read_json, read_whole
+from sweep.tables import spelled
 from sweep.text import unknown
 
 MOST_BYTES = 10_000_000

@@ -9,19 +9,22 @@ from typing import Any
 from sweep.explorer.asking import AskSearch
 from sweep.explorer.points import spelled_command
 from sweep.explorer.watching import Watched
-from sweep.methods.search.asked_trials import read_asked
-from sweep.methods.search.findings import Findings, warnings
-from sweep.methods.search.outcome import HELD_OUT, REFERENCES, SEARCH
-from sweep.methods.search.points_behind import PointsBehind
-from sweep.methods.search.report import (
+from sweep.methods.search import (
+    HELD_OUT,
+    REFERENCES,
+    SEARCH,
+    Findings,
+    PointsBehind,
     ReportTable,
     against_text,
     best_text,
+    read_asked,
     references_text,
     report_tables,
     searched_text,
+    warnings,
 )
-from sweep.spec.study_folder import SPEC
+from sweep.spec import SPEC
 
 
 def search(watched: Watched, question: AskSearch) -> dict[str, Any]:

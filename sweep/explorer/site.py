@@ -21,18 +21,12 @@ from sweep.explorer.searched import search
 from sweep.explorer.states import state, studies
 from sweep.explorer.trials import spec, trials
 from sweep.explorer.watching import Watched
-from sweep.store.locations import Location, local_folder
-from sweep.store.memory import keep
-from sweep.tables.stored_study import StoredStudy
-from sweep.web.launching import Launcher
-from sweep.web.live import Live
-from sweep.web.replaying import Replay
-from sweep.web.rooms import PageSite, Pairs
-from sweep.web.show import RunShow, Show
-from sweep.web.state import begin
+from sweep.store import Location, keep, local_folder
+from sweep.tables import StoredStudy
+from sweep.web import Launcher, Live, PageSite, Pairs, Replay, RunShow, Show, begin
 
 if TYPE_CHECKING:
-    from sweep.web.server import PageServer
+    from sweep.web import PageServer
 
 HOME = "show.html"
 QUESTIONS: dict[str, tuple[type[Any], Callable[[Watched, Any], dict[str, Any]]]] = {
@@ -82,7 +76,7 @@ def explorer(
         If the two sides cannot be compared.
     """
     # Here, as notebooks do without a server.
-    from sweep.web.server import PageServer
+    from sweep.web import PageServer
 
     keep()
     watched = Watched(results, trust=trust)

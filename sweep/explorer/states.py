@@ -10,14 +10,10 @@ from numpy.typing import NDArray
 from sweep.explorer.asking import AskState, AskStudies
 from sweep.explorer.scored import scales
 from sweep.explorer.watching import Watched
-from sweep.figures.marks import MOST_MARKS
-from sweep.store.locations import local_folder
-from sweep.store.lock import Lock
-from sweep.store.origin import device_said
-from sweep.tables.causes import causes_of
-from sweep.tables.json_rows import json_rows
-from sweep.tables.overview import studies as overview
-from sweep.tables.stored_study import StoredStudy
+from sweep.figures import MOST_MARKS
+from sweep.store import Lock, device_said, local_folder
+from sweep.tables import StoredStudy, causes_of, json_rows
+from sweep.tables import studies as overview
 
 DONE, NOT_DONE, MISSING = range(3)
 

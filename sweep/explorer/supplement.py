@@ -15,10 +15,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from sweep.design.cost import job_seconds
-from sweep.design.jobs import Job
+from sweep.design import Job, job_seconds
 from sweep.errors import ChoiceError, StoreError
-from sweep.explorer.publication import PaperTexts
+from sweep.explorer.publishing import PaperTexts
 from sweep.explorer.supplement_figure import figure_data, form_of, named_row
 from sweep.explorer.supplement_front import about_page, front_of
 from sweep.explorer.supplement_room import MOST_BYTES, RunLength, most_frames
@@ -35,22 +34,23 @@ from sweep.explorer.supplement_trials import (
     points_of,
     why_none,
 )
-from sweep.figures.selection import select
-from sweep.replays.flight import Report
-from sweep.replays.verify import check_code
-from sweep.spec.recorded import Column
-from sweep.tables.json_rows import json_rows
-from sweep.tables.kept_apart import keep_apart
-from sweep.tables.means_text import point_rows
-from sweep.tables.point_means import PointMeans, point_means
-from sweep.tables.stored_study import StoredStudy
-from sweep.tables.stored_trials import StoredTrial, stored_trials
+from sweep.figures import select
+from sweep.replays import Report, check_code
+from sweep.spec import Column
+from sweep.tables import (
+    PointMeans,
+    StoredStudy,
+    StoredTrial,
+    json_rows,
+    keep_apart,
+    point_means,
+    point_rows,
+    stored_trials,
+)
 from sweep.text import so_many
-from sweep.trial.simulation import warm
-from sweep.web.document import document
-from sweep.web.scene import scene_of
-from sweep.workers.executors import ExecutorFactory
-from sweep.workers.runner import drive
+from sweep.trial import warm
+from sweep.web import document, scene_of
+from sweep.workers import ExecutorFactory, drive
 
 USUAL_FRAMES = 601
 """Maximum number of frames of a run: the start, and 10 s at 60 per second."""

@@ -11,13 +11,17 @@ import numpy as np
 import pandas as pd
 
 from sweep.errors import ChoiceError
-from sweep.figures.drawing import quantity
-from sweep.figures.scales import cell_edges, is_logarithmic
-from sweep.figures.selection import MOST_BY_DEFAULT, MOST_COLOURS, Selection, has_scale
-from sweep.spec.recorded import Column
-from sweep.tables.choosing import spelled
-from sweep.tables.point_means import PointMeans
-from sweep.tables.results import Results
+from sweep.figures import (
+    MOST_BY_DEFAULT,
+    MOST_COLOURS,
+    Selection,
+    cell_edges,
+    has_scale,
+    is_logarithmic,
+    quantity,
+)
+from sweep.spec import Column
+from sweep.tables import PointMeans, Results, spelled
 
 Form = Literal["lines", "points", "cells", "rows"]
 

@@ -7,12 +7,10 @@ study again, and the origin of the numbers.
 from datetime import UTC, datetime
 from typing import Any
 
-from sweep.explorer.publication import PaperTexts
-from sweep.sharing.citing import cite
-from sweep.store.origin import machine_said
-from sweep.store.provenance import machine
-from sweep.tables.stored_spec import command_of
-from sweep.tables.stored_study import StoredStudy
+from sweep.explorer.publishing import PaperTexts
+from sweep.sharing import cite
+from sweep.store import machine, machine_said
+from sweep.tables import StoredStudy, command_of
 from sweep.text import installing, so_many
 
 NEEDS_CODE = (

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from sweep.design.jobs import Job
+from sweep.design import Job
 from sweep.errors import ChoiceError
 from sweep.text import so_many
 

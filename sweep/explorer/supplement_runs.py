@@ -9,14 +9,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.design.jobs import Job
-from sweep.replays.bits import differences
-from sweep.tables.stored_trials import StoredTrial
-from sweep.trial.simulation import simulate
-from sweep.web.encoding import frame
-from sweep.web.flight import fly
-from sweep.web.protocol import Reply
-from sweep.web.senses import faced, senses_of
+from sweep.design import Job
+from sweep.replays import differences
+from sweep.tables import StoredTrial
+from sweep.trial import simulate
+from sweep.web import Reply, faced, fly, frame, senses_of
 
 
 class RunOrder(NamedTuple):

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import pandas as pd
 
 from sweep.errors import ChoiceError
-from sweep.spec.recorded import Column
-from sweep.tables.stored_study import StoredStudy
+from sweep.spec import Column
+from sweep.tables import StoredStudy
 from sweep.text import unknown
 
 PLACES = {"lowest": 0.0, "median": 0.5, "highest": 1.0}

@@ -13,15 +13,12 @@ import pandas as pd
 from sweep.errors import ChoiceError
 from sweep.explorer.asking import MOST_ROWS, AskSpec, AskTrials
 from sweep.explorer.watching import Watched
-from sweep.figures.directions import better_values
-from sweep.figures.selection import recorded
-from sweep.spec.recorded import Column
-from sweep.tables.json_rows import json_rows
-from sweep.tables.stored_study import StoredStudy
-from sweep.tables.stored_tables import command
+from sweep.figures import better_values, recorded
+from sweep.spec import Column
+from sweep.tables import StoredStudy, command, json_rows
 from sweep.text import unknown
-from sweep.web.state import from_job
-from sweep.workers.failures import in_a_line
+from sweep.web import from_job
+from sweep.workers import in_a_line
 
 SHOWN = [
     *("trial_id", "point", "replicate", "status", "error", "value", "part", "replay"),

@@ -11,12 +11,9 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from sweep.errors import ChoiceError
-from sweep.spec.recorded import Column
-from sweep.spec.study_folder import PLAN, STUDY_NAME, why_no_name
-from sweep.store.locations import Location
-from sweep.store.places import StudyPlace, place_of
-from sweep.tables.kept_apart import keep_apart
-from sweep.tables.stored_study import StoredStudy
+from sweep.spec import PLAN, STUDY_NAME, Column, why_no_name
+from sweep.store import Location, StudyPlace, place_of
+from sweep.tables import StoredStudy, keep_apart
 
 MOST_KEPT = 4
 """Number of studies in memory: the most recently used ones."""

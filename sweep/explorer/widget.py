@@ -34,15 +34,11 @@ from sweep.explorer.drawn import drawn
 from sweep.explorer.frame import framed
 from sweep.explorer.site import site_of
 from sweep.explorer.watching import Watched
-from sweep.figures.saving import about_study
-from sweep.figures.style import STYLE
-from sweep.store.locations import Location, local_folder
-from sweep.tables.stored_study import StoredStudy
+from sweep.figures import STYLE, about_study
+from sweep.store import Location, local_folder
+from sweep.tables import StoredStudy
 from sweep.text import installing
-from sweep.web.page import script
-from sweep.web.protocol import Reply
-from sweep.web.rooms import REFUSED, PageSite, Pairs, Rooms
-from sweep.web.show import Show
+from sweep.web import REFUSED, PageSite, Pairs, Reply, Rooms, Show, script
 
 try:
     from anywidget import AnyWidget

@@ -5,16 +5,10 @@ from typing import NamedTuple
 
 from sweep.errors import ChoiceError
 from sweep.figures.kinds import KINDS
-from sweep.own_code.sources import SUFFIX
-from sweep.spec.recorded import Column
-from sweep.spec.study_folder import PLAN
-from sweep.store.finding import stored_names
-from sweep.store.locations import Location
-from sweep.tables.choosing import Refusals
-from sweep.tables.joined import JoinedStudies
-from sweep.tables.kept_apart import keep_apart
-from sweep.tables.results import Results
-from sweep.tables.stored_study import StoredStudy
+from sweep.own_code import SUFFIX
+from sweep.spec import PLAN, Column
+from sweep.store import Location, stored_names
+from sweep.tables import JoinedStudies, Refusals, Results, StoredStudy, keep_apart
 from sweep.text import similar, unknown
 
 

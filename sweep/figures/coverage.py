@@ -24,7 +24,7 @@ from sweep.figures.drawing import (
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.selection import Facet, Selection, among, select
 from sweep.figures.style import STYLE
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables import StoredStudy, stored_parts
 
 Floats = NDArray[np.float64]
 
@@ -144,7 +144,7 @@ def draw_coverage(layout: CoverageLayout) -> Figure:
 
 def _panel(axes: Axes, selection: Selection, visits: Visits, most: float) -> AxesImage:
     pixel = selection.trials.set_index("trial_id")["pixel"][visits.trials[0]]
-    (stored,) = selection.study.parts
+    (stored,) = stored_parts(selection.study)
     world = stored.world(visits.trials[0])
     if not visits.same_obstacles:
         world = world._replace(obstacles=np.empty((0, 5)))
@@ -162,7 +162,7 @@ def _visits(selection: Selection, facets: list[Facet]) -> list[Visits]:
     trial_ids = pa.array(
         [trial for trials in panel_trials for trial in trials], pa.string()
     )
-    (study,) = selection.study.parts
+    (study,) = stored_parts(selection.study)
     stored = study.read("heatmaps", trial_ids)
     row_of = {
         trial: number for number, trial in enumerate(stored["trial_id"].to_pylist())

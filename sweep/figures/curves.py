@@ -35,9 +35,8 @@ from sweep.figures.selection import (
     select,
 )
 from sweep.figures.style import COLOURS, LINE_STYLES, STYLE
-from sweep.spec.recorded import Column
-from sweep.tables.choosing import as_names
-from sweep.tables.results import Results
+from sweep.spec import Column
+from sweep.tables import Results, as_names
 from sweep.text import unknown
 
 MOST_LINES = 60

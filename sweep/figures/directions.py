@@ -8,8 +8,8 @@ from typing import NamedTuple
 from kernels.metrics import Better
 from sweep.figures.selection import recorded
 from sweep.method import methods
-from sweep.spec.recorded import Column
-from sweep.tables.results import Results
+from sweep.spec import Column
+from sweep.tables import Results, stored_parts
 
 
 class Direction(NamedTuple):
@@ -86,7 +86,7 @@ def _optimized(study: Results) -> dict[str, bool]:
     """Return the columns that methods optimize, True if high values are better."""
     return {
         column: is_high
-        for part in study.parts
+        for part in stored_parts(study)
         for method in methods().values()
         for column, is_high in method.directions(part).items()
     }

@@ -24,10 +24,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from kernels.shapes import Obstacle, Polygon
 from sweep.figures.style import BLUE, COLOURS, GREY
-from sweep.spec.recorded import Column
-from sweep.tables.results import Results
+from sweep.spec import Column
+from sweep.tables import Results
 from sweep.text import harmless, shortened
-from sweep.trial.world import TrialWorld
+from sweep.trial import TrialWorld
 
 LETTERS_AN_INCH = 18.0
 LETTERS_OF_A_TITLE = 104

@@ -15,9 +15,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure, SubFigure
 from numpy.typing import NDArray
 
-from sweep.analysis import CONFIDENCE
-from sweep.analysis.intervals import group_bounds
-from sweep.analysis.mean_bounds import equal
+from sweep.analysis import CONFIDENCE, equal, group_bounds
 from sweep.errors import ChoiceError
 from sweep.figures.drawing import note, quantity, span, tidy_grid, title_panel
 from sweep.figures.marks import (
@@ -38,8 +36,8 @@ from sweep.figures.scales import (
 )
 from sweep.figures.selection import Facet, Selection, has_scale, recorded, select
 from sweep.figures.style import STYLE
-from sweep.spec.recorded import Column, Over, column_over
-from sweep.tables.results import Results
+from sweep.spec import Column, Over, column_over
+from sweep.tables import Results
 
 MOST_LISTED = 30
 """The most values of a listed parameter that are not divided into bins."""

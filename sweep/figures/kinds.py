@@ -23,7 +23,7 @@ from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.saving import about_study, save
 from sweep.figures.selection import select
 from sweep.method import own_methods
-from sweep.tables.results import Results
+from sweep.tables import Results
 from sweep.text import unknown
 
 KINDS: Registry[FigureKind] = Registry(

@@ -12,9 +12,7 @@ from pathlib import Path
 from sweep.errors import CodeError
 from sweep.figures.kinds import KINDS
 from sweep.figures.planning import FigureKind
-from sweep.own_code.entries import table_of
-from sweep.own_code.loading import load
-from sweep.own_code.sources import SUFFIX, gather
+from sweep.own_code import SUFFIX, gather, load, table_of
 from sweep.text import unknown
 
 Kinds = Mapping[str, FigureKind]

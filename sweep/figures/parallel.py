@@ -29,8 +29,8 @@ from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.scales import Floats, is_logarithmic, places
 from sweep.figures.selection import Facet, Selection, has_scale, select
 from sweep.figures.style import STYLE, VERMILION
-from sweep.spec.recorded import Over, column_over
-from sweep.tables.results import Results
+from sweep.spec import Over, column_over
+from sweep.tables import Results
 
 BEST = 0.05
 INK = 3.5

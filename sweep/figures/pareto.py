@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from sweep.analysis.fronts import nondominated
+from sweep.analysis import nondominated
 from sweep.errors import ChoiceError
 from sweep.figures.directions import Direction, direction, opposed_metrics
 from sweep.figures.drawing import (
@@ -33,8 +33,8 @@ from sweep.figures.marks import (
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.selection import Facet, Selection, select
 from sweep.figures.style import COLOURS, GREY, MARKERS, STYLE
-from sweep.spec.recorded import Column, Over, column_over
-from sweep.tables.results import Results
+from sweep.spec import Column, Over, column_over
+from sweep.tables import Results
 
 MOST_INTERVALS = 60
 

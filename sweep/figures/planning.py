@@ -11,9 +11,8 @@ from matplotlib.figure import Figure
 from sweep.errors import ChoiceError, UserError
 from sweep.figures.directions import direction, shown_metrics
 from sweep.figures.marks import FigureMarks
-from sweep.spec.recorded import Column
-from sweep.tables.results import Results
-from sweep.tables.stored_study import StoredStudy
+from sweep.spec import Column
+from sweep.tables import Results, StoredStudy
 
 
 class Choices(NamedTuple):

@@ -11,10 +11,8 @@ from matplotlib.text import Text
 
 from sweep.figures.drawing import as_text
 from sweep.figures.style import STYLE
-from sweep.store.regular import open_regular
-from sweep.tables.outputs import unfinished
-from sweep.tables.results import Results
-from sweep.tables.stored_study import StoredStudy
+from sweep.store import open_regular
+from sweep.tables import Results, StoredStudy, stored_parts, unfinished
 from sweep.text import harmless
 
 FORMATS = ("png", "svg", "pdf")
@@ -76,7 +74,7 @@ def about_study(study: Results) -> dict[str, str]:
     They are its name, hashes of its spec and kernels, the number of done trials, and
     the conditions that selected trials.
     """
-    parts = study.parts
+    parts = stored_parts(study)
     metadata = {
         "Study": study.name,
         "Spec hash": ", ".join(map(_hash, parts)),

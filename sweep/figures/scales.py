@@ -12,9 +12,8 @@ from numpy.typing import NDArray
 
 from sweep.figures.drawing import quantity, words
 from sweep.figures.selection import Selection, has_scale
-from sweep.spec.axes import LOGSPACE
-from sweep.spec.distributions import DISTRIBUTIONS
-from sweep.spec.strict_yaml import parse_document
+from sweep.spec import DISTRIBUTIONS, LOGSPACE, parse_document
+from sweep.tables import stored_parts
 
 Floats = NDArray[np.float64]
 
@@ -61,7 +60,7 @@ def is_logarithmic(selection: Selection, name: str) -> bool:
         return any(
             form == LOGSPACE
             or (form in DISTRIBUTIONS and DISTRIBUTIONS[form].logarithmic)
-            for part in selection.study.parts
+            for part in stored_parts(selection.study)
             for form in _forms(_document(part.spec), name)
         )
     uneven = [

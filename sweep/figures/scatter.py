@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from sweep.analysis.estimate import rank_estimate
+from sweep.analysis import rank_estimate
 from sweep.errors import ChoiceError
 from sweep.figures.drawing import (
     estimated,
@@ -44,8 +44,8 @@ from sweep.figures.selection import (
     select,
 )
 from sweep.figures.style import COLOURS, MARKERS, STYLE
-from sweep.spec.recorded import Column, Over, column_over
-from sweep.tables.results import Results
+from sweep.spec import Column, Over, column_over
+from sweep.tables import Results
 
 MOST_INTERVALS = 60
 """The most points of a panel that have intervals; more points are dots."""

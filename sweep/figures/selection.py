@@ -11,14 +11,11 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from sweep.analysis.notation import percent
+from sweep.analysis import percent
 from sweep.errors import ChoiceError
 from sweep.figures.drawing import named, span, words
-from sweep.spec.recorded import Column
-from sweep.tables.choosing import spelled
-from sweep.tables.kept_apart import keep_apart
-from sweep.tables.overview import few_skewed, untried
-from sweep.tables.results import Results
+from sweep.spec import Column
+from sweep.tables import Results, few_skewed, keep_apart, spelled, untried
 from sweep.text import unknown
 
 MOST_PANELS = 12

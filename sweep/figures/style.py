@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables import StoredStudy
 
 STYLE = Path(__file__).parent / "house.mplstyle"
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")

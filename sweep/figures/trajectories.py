@@ -29,8 +29,8 @@ from sweep.figures.drawing import (
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.selection import Facet, Selection, among, select
 from sweep.figures.style import SKY, STYLE, VERMILION
-from sweep.tables.stored_study import StoredStudy
-from sweep.trial.world import TrialWorld
+from sweep.tables import StoredStudy, stored_parts
+from sweep.trial import TrialWorld
 
 Floats = NDArray[np.float64]
 
@@ -116,7 +116,7 @@ def trajectories_layout(
 def draw_trajectories(layout: Trajectories) -> Figure:
     """Draw the figure of a layout."""
     selection, trials = layout
-    (stored,) = selection.study.parts
+    (stored,) = stored_parts(selection.study)
     unit = selection.study.units.get("width", "")
     with style.context(STYLE):
         across = min(2, len(trials))

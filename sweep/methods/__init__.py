@@ -13,3 +13,7 @@ ablation/     the effect of each component in which two presets differ
 power/        the number of replicates that a goal needs
 comparison/   differences between two selections of trials
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -14,3 +14,7 @@ Their code is in files next to a spec, or in modules of packages.
     references   the keys of a spec that name code
     reading      from the file of a spec to its study
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -24,11 +24,11 @@ from sweep.own_code.installed import Installed, installed_module
 from sweep.own_code.loading import load
 from sweep.own_code.places import read_places
 from sweep.own_code.sources import SUFFIX, Sources
-from sweep.spec.samplers import SAMPLERS
-from sweep.spec.sampling import Sampler
-from sweep.spec.settings import (
+from sweep.spec import (
     GROUPS,
+    SAMPLERS,
     NotAllowedError,
+    Sampler,
     preset_settings,
     settings_of,
     settings_tuple,

@@ -27,10 +27,7 @@ from kernels.starts import Start
 from kernels.worlds import Map
 from sweep.errors import CodeError
 from sweep.own_code.names import undefined
-from sweep.spec.derived_metrics import ENDINGS, NAME, TAKEN
-from sweep.spec.evaluation import CONSTANTS, FUNCTIONS
-from sweep.spec.sampling import Sampler
-from sweep.spec.settings import GROUPS
+from sweep.spec import CONSTANTS, ENDINGS, FUNCTIONS, GROUPS, NAME, TAKEN, Sampler
 
 T = TypeVar("T")
 KINDS = (float, int, bool)

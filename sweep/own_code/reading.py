@@ -17,18 +17,20 @@ from sweep.own_code.references import (
     references,
     resolved,
 )
-from sweep.spec.document import Document, Entry
-from sweep.spec.mistakes import Mistakes
-from sweep.spec.schema import json_schema
-from sweep.spec.schema_parts import Schema
-from sweep.spec.strict_yaml import (
+from sweep.spec import (
+    Document,
+    Entry,
+    Mistakes,
+    Schema,
+    Study,
     as_document,
     dump,
+    json_schema,
     parse_document,
     read_document,
     read_documents,
+    read_study,
 )
-from sweep.spec.study import Study, read_study
 
 
 def load_specs(

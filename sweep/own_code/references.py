@@ -20,7 +20,7 @@ from sweep.own_code.entries import MODEL
 from sweep.own_code.installed import Installed, installed_package
 from sweep.own_code.places import PLACES
 from sweep.own_code.sources import SUFFIX, gather
-from sweep.spec.document import Entry, Place
+from sweep.spec import Entry, Place
 from sweep.text import unknown
 
 FILE = re.compile(r"(?P<path>[^:]*\.(?:py|csv))(?::(?P<name>\w+))?")

@@ -15,7 +15,7 @@ from functools import cached_property, lru_cache
 from pathlib import Path, PurePosixPath
 
 from sweep.errors import CodeError
-from sweep.spec.study_folder import PLAN
+from sweep.spec import PLAN
 from sweep.text import similar
 
 SUFFIX = ".py"

@@ -28,10 +28,14 @@ The modules are:
     numerics            variants with another time step, order of updates or seed
     trying              runs variants, and compares verdicts
     turned              stored effects of variants on verdicts
-    reproduce           runs, draws and judges everything
+    reproducing         runs, draws and judges everything
     scorecard           rows of the scorecard, one per claim
     scorecard_html      the scorecard as HTML
     scorecard_markdown  the scorecard as Markdown
     scorecard_json      the scorecard as JSON
     headline            counts of verdicts in README.md
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -3,9 +3,7 @@
 from dataclasses import dataclass
 from functools import cache
 
-from sweep.spec.built_in import EXPERIMENTS
-from sweep.spec.document import Entry
-from sweep.spec.strict_yaml import read_document
+from sweep.spec import EXPERIMENTS, Entry, read_document
 
 FILE = "published.yaml"
 LATEST = 9999

@@ -10,7 +10,7 @@ from datetime import date
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, cast, get_args
 
-from sweep.analysis.coexistence import Order
+from sweep.analysis import Order
 from sweep.errors import SpecError
 from sweep.figures import NAME, Drawing
 from sweep.published.measures import (
@@ -30,8 +30,7 @@ from sweep.published.verdicts import (
     Within,
     region,
 )
-from sweep.spec.document import Entry
-from sweep.spec.strict_yaml import parse_document
+from sweep.spec import Entry, parse_document
 
 ABOUT = ("id", "where", "says", "kind", "registered")
 TESTED = ("measure", "expect", "looked")

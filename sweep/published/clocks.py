@@ -12,10 +12,9 @@ nothing is stored between frames. Such metrics are left out.
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from sweep.methods.robustness.variants import changed_by_steps
-from sweep.spec.settings import Setting
-from sweep.spec.study import Study
-from sweep.tables.stored_study import StoredStudy
+from sweep.methods.robustness import changed_by_steps
+from sweep.spec import Setting, Study
+from sweep.tables import StoredStudy
 
 FRAME = "frame"
 OF_ONE_STEP = "is measured over one step"

@@ -12,13 +12,11 @@ from importlib.machinery import PathFinder
 from pathlib import Path
 
 from sweep.errors import CodeError, OutputError, UserError
-from sweep.own_code.catalogue import check_free
-from sweep.own_code.entries import check_name
+from sweep.own_code import check_free, check_name
 from sweep.published.starting import OWN, for_editors
-from sweep.spec.built_in import EXAMPLES
-from sweep.spec.study_folder import SPEC_ENDINGS, taken_name
-from sweep.store.locations import in_unicode
-from sweep.tables.outputs import unfinished
+from sweep.spec import EXAMPLES, SPEC_ENDINGS, taken_name
+from sweep.store import in_unicode
+from sweep.tables import unfinished
 from sweep.text import shortened, unknown
 
 

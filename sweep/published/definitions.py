@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables import StoredStudy
 
 Floats = NDArray[np.float64]
 

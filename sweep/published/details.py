@@ -19,9 +19,16 @@ from sweep.published.variants import (
     needed_studies,
     value_of,
 )
-from sweep.spec.ablation import WORLD, differing, fitted_preset
-from sweep.spec.settings import TORUS, NotAllowedError, Setting, Value
-from sweep.spec.study import Study
+from sweep.spec import (
+    TORUS,
+    WORLD,
+    NotAllowedError,
+    Setting,
+    Study,
+    Value,
+    differing,
+    fitted_preset,
+)
 
 PERCENTS = (2, 10)
 WAYS = {"up": 1, "down": -1}

@@ -16,8 +16,8 @@ from sweep.published.judging import Row
 from sweep.published.numerics_figure import compared, numerics_figure
 from sweep.published.publications import Publication
 from sweep.published.turned import DocumentVariants
-from sweep.spec.study_folder import FIGURES
-from sweep.tables.stored_study import StoredStudy
+from sweep.spec import FIGURES
+from sweep.tables import StoredStudy
 
 WATERMARK = "QUICK: FEW TRIALS"
 """Watermark of pages and figures of the quick scale."""

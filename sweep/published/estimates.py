@@ -30,8 +30,8 @@ from sweep.published.measures import (
     Transition,
     columns_read,
 )
-from sweep.spec.recorded import Column
-from sweep.tables.stored_study import StoredStudy
+from sweep.spec import Column
+from sweep.tables import StoredStudy
 
 Studies = Mapping[str, StoredStudy]
 

@@ -10,14 +10,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from sweep.design.design import expand
+from sweep.design import expand
 from sweep.methods.scaling import Scaling
 from sweep.published.claims import Claim
 from sweep.published.judging import Row, Stored, judged, stored_studies
 from sweep.published.measures import specs_of
 from sweep.published.publications import Publication
 from sweep.published.verdicts import Foreseen, OfOrder, brief, foresee
-from sweep.spec.study import Study
+from sweep.spec import Study
 
 
 class Outlook(NamedTuple):

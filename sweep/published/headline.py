@@ -16,8 +16,8 @@ from sweep.errors import StoreError
 from sweep.published.publications import FULL, Publication, read_without_code
 from sweep.published.scorecard import ORDER
 from sweep.published.statements import GROUPS, Group, group_of
-from sweep.spec.study_folder import SCORECARD
-from sweep.store.regular import read_json
+from sweep.spec import SCORECARD
+from sweep.store import read_json
 
 FIRST = "<!-- headline: `make documents` writes it -->"
 LAST = "<!-- end of headline -->"

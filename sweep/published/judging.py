@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from sweep.design.code import study_code
+from sweep.design import study_code
 from sweep.errors import StoreError
 from sweep.method import methods
 from sweep.methods.scaling import Scaling
@@ -24,8 +24,8 @@ from sweep.published.verdicts import (
     partial,
     untestable,
 )
-from sweep.spec.study import Study
-from sweep.tables.stored_study import StoredStudy
+from sweep.spec import Study
+from sweep.tables import StoredStudy
 
 NOT_ASKED = f"not asked for: its code, {CODE}, was not run"
 NO_RESULT = ("missing", "failed", "timeout")

@@ -13,13 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.analysis import Distribution, Unit
-from sweep.design.design import Design
+from sweep.design import Design
 from sweep.errors import ChoiceError
-from sweep.spec.document import Entry
-from sweep.spec.recorded import columns_of
-from sweep.spec.settings import NotAllowedError, Value
-from sweep.spec.study import Study
-from sweep.tables.choosing import Chooser
+from sweep.spec import Entry, NotAllowedError, Study, Value, columns_of
+from sweep.tables import Chooser
 
 KINDS = ("mean", "difference", "rank_correlation", "call", "transition")
 

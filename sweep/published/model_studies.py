@@ -10,16 +10,21 @@ from pathlib import Path
 from typing import Any
 
 from kernels.catalogue import Catalogue
-from sweep.campaigns.plan import plan_of
-from sweep.design.plan import about
+from sweep.campaigns import plan_of
+from sweep.design import about
 from sweep.errors import SpecError
-from sweep.own_code.reading import named_model, study_of
+from sweep.own_code import named_model, study_of
 from sweep.published.starting import OWN, Begun, check_new_spec, for_editors
-from sweep.spec.keys import keys_of
-from sweep.spec.settings import Setting, settings_of, usual_preset
-from sweep.spec.strict_yaml import dump
-from sweep.spec.study import RecordSpec, Study
-from sweep.tables.outputs import unfinished
+from sweep.spec import (
+    RecordSpec,
+    Setting,
+    Study,
+    dump,
+    keys_of,
+    settings_of,
+    usual_preset,
+)
+from sweep.tables import unfinished
 from sweep.text import unknown
 
 WORKERS = 2

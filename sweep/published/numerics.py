@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
-from sweep.methods.robustness.variants import in_parts
+from sweep.methods.robustness import in_parts
 from sweep.published.publications import FIXED, Publication
 from sweep.published.variants import (
     Makers,
@@ -19,7 +19,7 @@ from sweep.published.variants import (
     needed_studies,
     value_of,
 )
-from sweep.spec.study import Study
+from sweep.spec import Study
 
 UPDATE = "update"
 PARTS = 2

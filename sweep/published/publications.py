@@ -10,10 +10,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from sweep.design.design import Design, expand
+from sweep.design import Design, expand
 from sweep.errors import SpecError
 from sweep.figures import NAME, Drawing
-from sweep.own_code.reading import check_spec, code_of, load_spec, study_of
+from sweep.own_code import check_spec, code_of, load_spec, study_of
 from sweep.published.bibliography import BIBLIOGRAPHIC, FILE, bibliography
 from sweep.published.claims import Claim, read_claims
 from sweep.published.measures import MeasureReader
@@ -24,9 +24,7 @@ from sweep.published.published_code import (
     files_of_code,
     run_code,
 )
-from sweep.spec.document import Entry
-from sweep.spec.strict_yaml import read_document
-from sweep.spec.study import Study
+from sweep.spec import Entry, Study, read_document
 from sweep.text import unknown
 
 FULL = "full"

@@ -16,7 +16,7 @@ from typing import Any
 
 from sweep.errors import SpecError
 from sweep.figures import NAME, Drawing
-from sweep.spec.study import Study
+from sweep.spec import Study
 from sweep.text import unknown
 
 CODE = "figures.py"

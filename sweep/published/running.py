@@ -6,11 +6,10 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import NamedTuple
 
-from sweep.campaigns.launch import launch
-from sweep.campaigns.progress import Display
-from sweep.spec.study import Study
-from sweep.tables.stored_study import StoredStudy
-from sweep.workers.executors import ExecutorFactory
+from sweep.campaigns import Display, launch
+from sweep.spec import Study
+from sweep.tables import StoredStudy
+from sweep.workers import ExecutorFactory
 
 
 class Ran(NamedTuple):

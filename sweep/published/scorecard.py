@@ -12,7 +12,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from sweep.analysis.notation import number, with_interval
+from sweep.analysis import number, with_interval
 from sweep.methods.scaling import Scaling
 from sweep.published.judging import Row
 from sweep.published.program_mutants import PROGRAM_MUTANTS
@@ -30,7 +30,7 @@ from sweep.published.verdicts import (
     Within,
     brief,
 )
-from sweep.store.origin import device_said
+from sweep.store import device_said
 
 TITLE = "What of the published results could be reproduced"
 ORDER: tuple[Status, ...] = (

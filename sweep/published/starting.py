@@ -6,19 +6,23 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from sweep.campaigns.plan import plan_of
-from sweep.campaigns.warming import cache_folder
-from sweep.design.plan import StudyPlan
+from sweep.campaigns import cache_folder, plan_of
+from sweep.design import StudyPlan
 from sweep.errors import CacheError, OutputError, SpecError
-from sweep.own_code.reading import load_spec
+from sweep.own_code import load_spec
 from sweep.published.bibliography import FILE
-from sweep.spec.built_in import EXPERIMENTS
-from sweep.spec.document import FOR_EDITORS, Document
-from sweep.spec.schema import json_schema
-from sweep.spec.strict_yaml import read_document
-from sweep.spec.study import Study, parse_spec
-from sweep.spec.study_folder import SPEC_ENDINGS, why_no_name
-from sweep.tables.outputs import check_output, unfinished
+from sweep.spec import (
+    EXPERIMENTS,
+    FOR_EDITORS,
+    SPEC_ENDINGS,
+    Document,
+    Study,
+    json_schema,
+    parse_spec,
+    read_document,
+    why_no_name,
+)
+from sweep.tables import check_output, unfinished
 from sweep.text import unknown
 
 OWN = "my"

@@ -18,8 +18,8 @@ from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 from kernels.identity import kernels_sha
-from sweep.campaigns.progress import Display, Progress
-from sweep.design.design import expand
+from sweep.campaigns import Display, Progress
+from sweep.design import expand
 from sweep.errors import SpecError, WorkersError
 from sweep.methods.scaling import Scaling
 from sweep.published.bibliography import FILE
@@ -46,10 +46,10 @@ from sweep.published.variants import (
     of_program,
 )
 from sweep.published.verdicts import Status
-from sweep.spec.study import Study
-from sweep.store.locations import Location
+from sweep.spec import Study
+from sweep.store import Location
 from sweep.text import unknown
-from sweep.workers.executors import ExecutorFactory, Loky, Serial
+from sweep.workers import ExecutorFactory, Loky, Serial
 
 MAKERS: Mapping[Kind, Callable[[Publication], Makers]] = {
     "mutants": mutants,

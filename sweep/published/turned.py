@@ -9,9 +9,8 @@ from typing import Any, TypedDict
 from sweep.errors import OutputError, StoreError
 from sweep.published.variants import KINDS, Kind
 from sweep.published.verdicts import Status
-from sweep.spec.study_folder import VARIANTS
-from sweep.store.new_files import replacing
-from sweep.store.regular import fits, read_json
+from sweep.spec import VARIANTS
+from sweep.store import fits, read_json, replacing
 from sweep.text import so_many
 
 VERSION = 1

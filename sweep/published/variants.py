@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, Literal, get_args
 
-from sweep.design.design import Design, expand
+from sweep.design import Design, expand
 from sweep.errors import SpecError
-from sweep.own_code.reading import study_of
+from sweep.own_code import study_of
 from sweep.published.claims import Claim
 from sweep.published.measures import misfit, specs_of
 from sweep.published.program_mutants import PROGRAM_MUTANTS, ProgramMutant
@@ -22,9 +22,7 @@ from sweep.published.publications import (
     Publication,
     read_mutant,
 )
-from sweep.spec.settings import Value
-from sweep.spec.strict_yaml import parse_document
-from sweep.spec.study import Study
+from sweep.spec import Study, Value, parse_document
 
 Kind = Literal["mutants", "details", "numerics"]
 """Kind of a variant.

@@ -17,8 +17,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
-from sweep.analysis import CONFIDENCE, Estimate, simultaneous_confidence
-from sweep.analysis.coexistence import Order
+from sweep.analysis import CONFIDENCE, Estimate, Order, simultaneous_confidence
 from sweep.methods.scaling import Scaling
 
 Status = Literal[

@@ -21,16 +21,23 @@ from matplotlib.patches import Circle
 from matplotlib.patheffects import Normal, withStroke
 from numpy.typing import NDArray
 
-from sweep.design.jobs import Job
+from sweep.design import Job
 from sweep.errors import ChoiceError
-from sweep.figures import GREEN, STYLE, draw_flock, draw_map, note, words
-from sweep.figures.drawing import colours_of_kinds, draw_obstacles, number_goals
+from sweep.figures import (
+    GREEN,
+    STYLE,
+    colours_of_kinds,
+    draw_flock,
+    draw_map,
+    draw_obstacles,
+    note,
+    number_goals,
+    words,
+)
 from sweep.replays.flight import Report, shown_frames
 from sweep.replays.video import FRAMES_A_SECOND, write_gif, write_mp4
-from sweep.tables.outputs import unfinished
-from sweep.trial.kinds import kinds_of
-from sweep.trial.robots import failures_of
-from sweep.trial.world import world_of
+from sweep.tables import unfinished
+from sweep.trial import failures_of, kinds_of, world_of
 
 MOST_FRAMES = 600
 WIDTH_INCHES = 6.4

@@ -6,10 +6,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.spec.study import LAST_FLOCKS
-from sweep.store.rows import boid_columns, flock_columns, trial_row
-from sweep.tables.stored_trials import Columns, StoredTrial
-from sweep.trial.result import Result
+from sweep.spec import LAST_FLOCKS
+from sweep.store import boid_columns, flock_columns, trial_row
+from sweep.tables import Columns, StoredTrial
+from sweep.trial import Result
 
 NOT_COMPARED = ("seconds", "error", "replay")
 """Columns of trials that differ between runs. Of an error the kind is compared."""

@@ -9,14 +9,11 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from sweep.design.jobs import Job
-from sweep.spec.study import RecordSpec
-from sweep.store.parquet import table_writer
-from sweep.store.rows import boid_columns, trajectories_schema
-from sweep.tables.exporting import csv_writer, write_about
-from sweep.tables.outputs import unfinished
-from sweep.trial.simulation import BOID_STEPS_A_CALL, Simulation
-from sweep.trial.state import Taken
+from sweep.design import Job
+from sweep.spec import RecordSpec
+from sweep.store import boid_columns, table_writer, trajectories_schema
+from sweep.tables import csv_writer, unfinished, write_about
+from sweep.trial import BOID_STEPS_A_CALL, Simulation, Taken
 
 NOTHING = RecordSpec(())
 """A record of positions and velocities alone."""

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.errors import OutputError
-from sweep.tables.outputs import by_path
+from sweep.tables import by_path
 from sweep.text import installing
 
 FRAMES_A_SECOND = 25

@@ -12,12 +12,10 @@ from typing import Any, NamedTuple
 
 from kernels.catalogue import Catalogue
 from sweep.errors import ChoiceError
-from sweep.published.bibliography import bibliography_of
+from sweep.published import bibliography_of
 from sweep.sharing.content import content_hash
-from sweep.spec.built_in import CITATION
-from sweep.spec.document import Entry
-from sweep.spec.strict_yaml import read_document
-from sweep.tables.stored_study import StoredStudy
+from sweep.spec import CITATION, Entry, read_document
+from sweep.tables import StoredStudy
 
 PROGRAM = "boidsweep"
 TYPES = {"software": "software", "model": "report", "study": "dataset"}

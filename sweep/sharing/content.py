@@ -11,7 +11,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from sweep.tables.stored_study import TABLES, StoredStudy
+from sweep.tables import TABLES, StoredStudy
 
 LEFT_OUT = ("seconds", "error", "replay")
 """Columns that differ from run to run, or with the name of the study."""

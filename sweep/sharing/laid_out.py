@@ -10,10 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from sweep.errors import OutputError, StoreError
-from sweep.spec.study_folder import SPEC
-from sweep.store.stored_code import stored_folder
-from sweep.tables.outputs import unfinished
-from sweep.tables.stored_study import StoredStudy
+from sweep.spec import SPEC
+from sweep.store import stored_folder
+from sweep.tables import StoredStudy, unfinished
 
 PLAIN = re.compile(r"\w[\w.-]*")
 MOST_ABOVE = 8

@@ -24,8 +24,8 @@ from typing import Any, BinaryIO
 from zipfile import ZIP_STORED, BadZipFile, ZipFile, ZipInfo
 
 from sweep.errors import StoreError
-from sweep.spec.study_folder import ASKED, CODE, PART_NAME, PARTS, PLAN, SPEC
-from sweep.store.manifest import NAME
+from sweep.spec import ASKED, CODE, PART_NAME, PARTS, PLAN, SPEC
+from sweep.store import NAME
 from sweep.text import shortened
 
 SUMS = "SHA256SUMS"

@@ -14,15 +14,17 @@ from sweep.errors import ChoiceError, UnreadableError
 from sweep.sharing.citing import Citation, cite
 from sweep.sharing.packed_file import CRATE, STUDY, Member, Sink, write_packed
 from sweep.sharing.stranger import crate, readme
-from sweep.spec.study_folder import ASKED, PARTS, PLAN, SPEC, code_file
-from sweep.store.locations import Location
-from sweep.store.parquet import remedy_for
-from sweep.store.regular import open_stored
-from sweep.store.stored_code import kept_code
-from sweep.tables.exporting import origins_of, write_rows
-from sweep.tables.outputs import check_output, sha256, unfinished
-from sweep.tables.safe_csv import as_csv
-from sweep.tables.stored_study import StoredStudy
+from sweep.spec import ASKED, PARTS, PLAN, SPEC, code_file
+from sweep.store import Location, kept_code, open_stored, remedy_for
+from sweep.tables import (
+    StoredStudy,
+    as_csv,
+    check_output,
+    origins_of,
+    sha256,
+    unfinished,
+    write_rows,
+)
 
 READ_BYTES = 2**20
 ENDINGS = (".zip",)

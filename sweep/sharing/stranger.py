@@ -8,7 +8,7 @@ from typing import Any
 
 from sweep.sharing.citing import Citation, Work, stored_at
 from sweep.sharing.packed_file import CRATE, SUMS
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables import StoredStudy
 
 CONFORMS = "https://w3id.org/ro/crate/1.2"
 NO_LICENCE = "not stated: ask whoever gave you this file how it may be used"

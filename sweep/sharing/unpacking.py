@@ -7,16 +7,20 @@ from pathlib import Path
 
 from sweep.errors import ChoiceError, StoreError, UserError
 from sweep.sharing.packed_file import CRATE, MOST_CRATE, STUDY, PackedFile
-from sweep.spec.study_folder import PARTS, PLAN, WRITING, why_no_name
-from sweep.store.locations import Location
-from sweep.store.lock import Lock
-from sweep.store.manifest import MANIFEST, damage
-from sweep.store.new_files import create
-from sweep.store.places import StudyPlace, place_of
-from sweep.store.regular import open_stored, parsed
-from sweep.store.stored_code import codes_of
-from sweep.tables.stored_study import StoredStudy
-from sweep.tables.stored_trials import origins
+from sweep.spec import PARTS, PLAN, WRITING, why_no_name
+from sweep.store import (
+    MANIFEST,
+    Location,
+    Lock,
+    StudyPlace,
+    codes_of,
+    create,
+    damage,
+    open_stored,
+    parsed,
+    place_of,
+)
+from sweep.tables import StoredStudy, origins
 
 
 @dataclass(frozen=True)

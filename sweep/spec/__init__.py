@@ -32,7 +32,7 @@ images           pixels as few rectangles
 replication      the number of trials per point
 continuing       axes along which trials are links of chains
 continued_checks the requirements of such an axis
-sections         sections that methods add
+section          sections that methods add
 failure_policy   the handling of failed trials
 recorded         names of metrics and columns
 derived_metrics  metrics that formulas give
@@ -43,3 +43,7 @@ schema           the JSON Schema of a spec
 schema_settings  the schema of parameters
 schema_parts     the parts of the schema
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

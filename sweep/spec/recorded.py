@@ -7,7 +7,7 @@ from kernels.catalogue import Catalogue
 from kernels.metrics import METRICS, Metric
 from kernels.metrics.parts import OF, has_parts
 from kernels.model import WORKING, Model
-from sweep.analysis.mean_bounds import Declaration
+from sweep.analysis import Declaration
 from sweep.errors import ChoiceError
 from sweep.spec.document import Entry
 from sweep.text import unknown

@@ -29,7 +29,7 @@ from sweep.spec.schema_parts import (
     named,
     reference,
 )
-from sweep.spec.sections import ModelSchemas
+from sweep.spec.section import ModelSchemas
 from sweep.spec.settings import (
     MOST_PLACE,
     MOST_PLACES,

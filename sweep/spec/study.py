@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal, get_args
 from kernels.catalogue import BUILT_IN, Catalogue
 from kernels.model import Model
 from kernels.models import MODELS
-from sweep.analysis.mean_bounds import Declaration, in_full
+from sweep.analysis import Declaration, in_full
 from sweep.method import methods
 from sweep.spec.axes import Axis, AxisReader, by_design
 from sweep.spec.contents import (
@@ -59,7 +59,7 @@ from sweep.spec.replication import SEEDS, TRIALS, read_replication
 from sweep.spec.samplers import SAMPLERS
 from sweep.spec.sampling import Sampler
 from sweep.spec.schema_parts import OWN_CODE, TEXT, Schema, listed, reference
-from sweep.spec.sections import (
+from sweep.spec.section import (
     GrowthRule,
     OrForm,
     SettingValues,

@@ -10,7 +10,7 @@ They are bounded by the memory of this machine, which could not hold more anyway
 
 from typing import Any
 
-from sweep.spec.study_folder import ASKED, PLAN
+from sweep.spec import ASKED, PLAN
 
 ROW_BYTES = {PLAN: 8, "trials.parquet": 8, ASKED: 1}
 """Least bytes of a row in files with ids.

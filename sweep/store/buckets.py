@@ -32,7 +32,7 @@ from typing import Any
 import pyarrow as pa
 
 from sweep.errors import StoreError
-from sweep.spec.study_folder import DAMAGED, LOCK, PART_NAME, PARTS, PLAN, is_own
+from sweep.spec import DAMAGED, LOCK, PART_NAME, PARTS, PLAN, is_own
 from sweep.store.folders import LEFTOVER_SECONDS
 from sweep.store.locations import ListedObject, Location, ObjectPath, patiently
 from sweep.store.lock_files import claim_text

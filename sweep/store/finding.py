@@ -4,8 +4,7 @@ import os
 from pathlib import Path
 
 from sweep.errors import SpecError, StoreError
-from sweep.spec.strict_yaml import read_documents
-from sweep.spec.study_folder import PLAN, SPEC_ENDINGS, launched_studies
+from sweep.spec import PLAN, SPEC_ENDINGS, launched_studies, read_documents
 from sweep.store.locations import Location
 from sweep.text import choices
 

@@ -22,7 +22,7 @@ from itertools import accumulate
 from pathlib import Path
 
 from sweep.errors import StoreError
-from sweep.spec.study_folder import (
+from sweep.spec import (
     DAMAGED,
     LOCK,
     PART_NAME,

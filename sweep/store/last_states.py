@@ -14,17 +14,21 @@ from typing import BinaryIO
 import numpy as np
 import pyarrow as pa
 
-from sweep.design.jobs import (
+from sweep.design import (
+    BYTES,
+    NO_IDS,
     ContinuedJobs,
     Counts,
+    Ids,
     Job,
+    KnownIds,
     LastState,
+    as_texts,
     ids_of_steps,
     steps_of,
 )
-from sweep.design.trial_ids import BYTES, NO_IDS, Ids, KnownIds, as_texts
 from sweep.errors import StoreError
-from sweep.spec.study import LAST_STATES, Study
+from sweep.spec import LAST_STATES, Study
 from sweep.store.locations import Location
 from sweep.store.manifest import table_names
 from sweep.store.memory import give_back

@@ -27,7 +27,7 @@ from typing import TypedDict
 import pyarrow as pa
 
 from sweep.errors import StoreError, UnreadableError
-from sweep.spec.study import TABLES
+from sweep.spec import TABLES
 from sweep.store.locations import Location
 from sweep.store.new_files import create
 from sweep.store.origin import part_provenance
@@ -241,7 +241,7 @@ def _undecodable(part: Location) -> str:
 def _recorded(schema: pa.Schema, trials: Location) -> set[str]:
     """Return the tables besides trials that a launch of the spec in `schema` stores."""
     from sweep.errors import SpecError
-    from sweep.spec.strict_yaml import parse_document
+    from sweep.spec import parse_document
 
     try:
         text = part_provenance(schema, trials)["spec"]

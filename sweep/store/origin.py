@@ -13,7 +13,7 @@ import pyarrow as pa
 
 from kernels.identity import Code
 from sweep.errors import UnreadableError
-from sweep.spec.study import sections
+from sweep.spec import sections
 from sweep.store.locations import Location
 from sweep.store.parquet import remedy_for
 from sweep.store.regular import fits, parsed

@@ -7,9 +7,7 @@ from typing import Any
 
 import pyarrow as pa
 
-from sweep.spec.axes import Axis, by_design
-from sweep.spec.continued_checks import continued_axis
-from sweep.spec.study import Study, sections
+from sweep.spec import Axis, Study, by_design, continued_axis, sections
 from sweep.store.origin import PROVENANCE
 
 OPTIONAL = (

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from kernels.identity import Code, kernels_sha
-from sweep.design.code import study_code
-from sweep.own_code.catalogue import OwnCatalogue, of_packages
-from sweep.spec.study import Study, sections
+from sweep.design import study_code
+from sweep.own_code import OwnCatalogue, of_packages
+from sweep.spec import Study, sections
 from sweep.store.processes import cpu_name
 from sweep.store.repository import built_from, git_state, study_state
 from sweep.store.stored_code import seal
@@ -32,7 +32,9 @@ PACKAGES = (
 HERE = Path(__file__).parent.parent
 
 
-def provenance(study: Study, device: dict[str, str] | None = None) -> dict[str, Any]:
+def launch_provenance(
+    study: Study, device: dict[str, str] | None = None
+) -> dict[str, Any]:
     """Return all that is recorded with every part of a launch, ready for JSON.
 
     `device` is the device on which its trials run, if that is not the processor.

@@ -13,19 +13,21 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
-from sweep.design.jobs import Job, blocks_of, ids_recording
-from sweep.design.recording import LATER, Recording
-from sweep.design.trial_ids import (
+from sweep.design import (
     BLOCK,
     BYTES,
+    LATER,
     NO_IDS,
     Ids,
+    Job,
     KnownIds,
+    Recording,
     as_texts,
     blocks,
+    blocks_of,
+    ids_recording,
 )
-from sweep.spec.recorded import Column
-from sweep.spec.study import Study
+from sweep.spec import Column, Study
 from sweep.store.locations import Location
 from sweep.store.manifest import table_names
 from sweep.store.origin import part_provenance, stamps

@@ -17,14 +17,20 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from kernels.model import Model
-from sweep.design.jobs import Job, LastFlock
-from sweep.spec.continuing import DIRECTION, PARENT
-from sweep.spec.recorded import Column
-from sweep.spec.settings import Setting, spelled
-from sweep.spec.study import LAST_FLOCKS, LAST_STATES, Streams, Study
+from sweep.design import Job, LastFlock
+from sweep.spec import (
+    DIRECTION,
+    LAST_FLOCKS,
+    LAST_STATES,
+    PARENT,
+    Column,
+    Setting,
+    Streams,
+    Study,
+    spelled,
+)
 from sweep.store.origin import PROVENANCE
-from sweep.trial.kinds import kinds_of
-from sweep.trial.result import Result
+from sweep.trial import Result, kinds_of
 
 Floats = NDArray[np.float64]
 Numbers = NDArray[Any]

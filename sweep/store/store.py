@@ -31,7 +31,7 @@ from typing import Any, TypeVar
 import pyarrow as pa
 
 from sweep.errors import StoreError
-from sweep.spec.study_folder import ASKED, PLAN, SPEC, code_file
+from sweep.spec import ASKED, PLAN, SPEC, code_file
 from sweep.store.asked_lists import ASKED_FOR, asked_in, with_asked
 from sweep.store.finding import no_study
 from sweep.store.locations import Location, patiently

@@ -16,17 +16,20 @@ from typing import Any
 
 from kernels.catalogue import BUILT_IN, Catalogue
 from sweep.errors import CodeError, UnreadableError
-from sweep.own_code.catalogue import (
+from sweep.own_code import (
+    MOST_BYTES,
+    MOST_FILES,
+    PLACES,
+    SUFFIX,
+    Installed,
     OwnCatalogue,
     OwnCode,
+    Sources,
     completed,
     loaded,
     unloaded,
 )
-from sweep.own_code.installed import Installed
-from sweep.own_code.places import PLACES
-from sweep.own_code.sources import MOST_BYTES, MOST_FILES, SUFFIX, Sources
-from sweep.spec.study_folder import CODE, code_file
+from sweep.spec import CODE, code_file
 from sweep.store.locations import Location, patiently
 from sweep.store.regular import fits, read_json, regular_size
 from sweep.store.store import Store

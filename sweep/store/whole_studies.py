@@ -8,7 +8,7 @@ crashes, there is a whole study, and the same command resumes with the rest.
 from pathlib import Path
 
 from sweep.errors import ChoiceError
-from sweep.spec.study_folder import STUDY_NAME, why_no_name
+from sweep.spec import STUDY_NAME, why_no_name
 from sweep.store.finding import no_study
 from sweep.store.locations import Location
 from sweep.store.lock import Lock

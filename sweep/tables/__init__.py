@@ -1,7 +1,7 @@
 """Stored results as tables: read, chosen, compared, exported and cleaned.
 
 stored_study      a study by name
-stored_trials     trials with all their rows
+trial_rows        trials with all their rows
 stored_plan       checks of a plan
 stored_links      checks of its chains
 stored_tables     checks of tables
@@ -9,7 +9,7 @@ stored_spec       a row read as a spec
 stored_jobs       the job and world of a row
 overview          the studies in a folder
 choosing          points by their parameters
-point_means       means, one row per point or per group of points
+means             means, one row per point or per group of points
 means_text        a table of means in words
 reports           answers for a reader and a program
 causes            why trials are not done
@@ -24,6 +24,10 @@ exporting         a table for other programs
 netcdf            a table as arrays by trial
 arrays            a table as arrays by axis and replicate, for xarray
 safe_csv          CSV that starts no formula
-json_rows         JSON with all digits
+json_text         JSON with all digits
 outputs           files for the user, complete or absent
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from sweep.workers.failures import in_a_line
+from sweep.workers import in_a_line
 
 
 class Cause(NamedTuple):

@@ -5,7 +5,7 @@ Each link begins at the end of the link before it.
 
 from collections import Counter
 
-from sweep.spec.continuing import PARENT
+from sweep.spec import PARENT
 from sweep.tables.stored_study import StoredStudy
 
 

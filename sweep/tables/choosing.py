@@ -17,9 +17,7 @@ from numpy.typing import NDArray
 
 from sweep.analysis import agrees
 from sweep.errors import ChoiceError
-from sweep.spec.evaluation import ExpressionError
-from sweep.spec.expressions import CONDITION, parse
-from sweep.spec.settings import Setting
+from sweep.spec import CONDITION, ExpressionError, Setting, parse
 from sweep.text import SHORT_LIST, similar, unknown
 
 FORM = "SETTING=VALUE[,SETTING=VALUE]"

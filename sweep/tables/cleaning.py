@@ -14,17 +14,25 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from sweep.design.plan import size
+from sweep.design import size
 from sweep.errors import StoreError
-from sweep.store.custody import custody
-from sweep.store.locations import Location
-from sweep.store.merging import superseded_rows
-from sweep.store.origin import part_provenance, same_code, stamps
-from sweep.store.parquet import each, load_table, stored_schema
-from sweep.store.stored_code import codes_of, forget_code, kept_code
+from sweep.store import (
+    Location,
+    codes_of,
+    custody,
+    each,
+    forget_code,
+    kept_code,
+    load_table,
+    part_provenance,
+    same_code,
+    stamps,
+    stored_schema,
+    superseded_rows,
+)
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import so_many
-from sweep.workers.checkpoint_folder import Checkpoints
+from sweep.workers import Checkpoints
 
 
 @dataclass

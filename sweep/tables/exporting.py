@@ -15,15 +15,14 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 from sweep.errors import ChoiceError
-from sweep.spec.recorded import columns_of
-from sweep.store.origin import PROVENANCE
-from sweep.store.parquet import table_writer
+from sweep.spec import columns_of
+from sweep.store import PROVENANCE, table_writer
 from sweep.tables.choosing import as_names
 from sweep.tables.netcdf import check_netcdf, write_netcdf
 from sweep.tables.outputs import check_output, unfinished, write_checksum
 from sweep.tables.safe_csv import without_formulas
 from sweep.tables.stored_study import TABLES, StoredStudy
-from sweep.tables.stored_trials import origins
+from sweep.tables.trial_rows import origins
 from sweep.text import unknown
 
 ROWS_AT_A_TIME = 1000

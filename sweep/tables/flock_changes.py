@@ -9,11 +9,11 @@ import pandas as pd
 import pyarrow as pa
 
 from sweep.errors import ChoiceError
-from sweep.store.parquet import table_writer
+from sweep.store import table_writer
 from sweep.tables.outputs import check_output, unfinished
 from sweep.tables.safe_csv import as_csv
 from sweep.tables.stored_study import StoredStudy
-from sweep.trial.followed import followed
+from sweep.trial import followed
 
 ENDINGS = (".csv", ".parquet")
 
@@ -33,7 +33,7 @@ def write_flock_changes(
     """Write one row per boid and recorded frame in which the boid changes its flock.
 
     A flock is compared with the one of the recorded frame before, see
-    sweep.trial.followed. Columns: `trial_id`, `frame`, `time`, `boid`, and the numbers
+    sweep.trial.following. Columns: `trial_id`, `frame`, `time`, `boid`, and the numbers
     of both flocks, `from_flock` and `to_flock`.
 
     Parameters

@@ -13,8 +13,8 @@ import pyarrow as pa
 from kernels.metrics import Metric
 from sweep.analysis import Declaration, agrees
 from sweep.errors import ChoiceError
-from sweep.spec.recorded import Column
-from sweep.store.plan_about import AxisAbout
+from sweep.spec import Column
+from sweep.store import AxisAbout
 from sweep.tables.choosing import spelled
 from sweep.tables.results import Looks, Results
 from sweep.tables.stored_study import StoredStudy
@@ -269,6 +269,14 @@ class JoinedStudies(Results):
         return pa.table(
             {name: pa.array(ids, pa.string()) for name, ids in columns.items()}
         )
+
+
+def stored_parts(study: Results) -> tuple[StoredStudy, ...]:
+    """Return the stored studies that results are made of, such as one itself."""
+    if isinstance(study, StoredStudy):
+        return (study,)
+    assert isinstance(study, JoinedStudies)
+    return study.parts
 
 
 def _restrictions(study: StoredStudy) -> list[str]:

@@ -8,11 +8,10 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from sweep.design.jobs import LastFlock
+from sweep.design import LastFlock
 from sweep.errors import ChoiceError
-from sweep.spec.study import LAST_FLOCKS
-from sweep.store.last_flocks import last_flocks
-from sweep.store.rows import FLIGHT
+from sweep.spec import LAST_FLOCKS
+from sweep.store import FLIGHT, last_flocks
 from sweep.tables.choosing import Refusals
 from sweep.tables.outputs import check_output, unfinished
 from sweep.tables.stored_study import StoredStudy

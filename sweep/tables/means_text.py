@@ -5,18 +5,18 @@ from typing import Any
 
 import pandas as pd
 
-from sweep.analysis import MeanKind
-from sweep.analysis.mean_bounds import in_full
-from sweep.analysis.notation import (
+from sweep.analysis import (
+    MeanKind,
+    in_full,
     is_centred,
     number,
     percent,
     plus_minus,
     with_interval,
 )
-from sweep.tables.json_rows import json_rows
+from sweep.tables.json_text import json_rows
+from sweep.tables.means import PointMeans
 from sweep.tables.overview import constant, few_skewed, undeclared, untried
-from sweep.tables.point_means import PointMeans
 from sweep.tables.reports import MAX_ROWS, Report, TextTable
 from sweep.tables.stored_study import StoredStudy
 from sweep.tables.stored_tables import command

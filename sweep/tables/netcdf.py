@@ -22,7 +22,7 @@ import pyarrow.compute as pc
 from numpy.typing import NDArray
 
 from sweep.errors import ChoiceError
-from sweep.store.origin import PROVENANCE
+from sweep.store import PROVENANCE
 from sweep.tables.outputs import by_path
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import installing

@@ -11,8 +11,7 @@ from tempfile import TemporaryDirectory
 from typing import BinaryIO
 
 from sweep.errors import OutputError
-from sweep.store.locations import in_unicode
-from sweep.store.new_files import replacing
+from sweep.store import in_unicode, replacing
 from sweep.text import unknown
 
 

@@ -9,11 +9,10 @@ from pathlib import Path
 
 import pandas as pd
 
-from sweep.analysis.mean_bounds import FEW, in_full
+from sweep.analysis import FEW, in_full
 from sweep.errors import UserError
-from sweep.spec.recorded import Column
-from sweep.spec.study_folder import launched_studies
-from sweep.store.finding import check_folder
+from sweep.spec import Column, launched_studies
+from sweep.store import check_folder
 from sweep.tables.results import Results
 from sweep.tables.stored_study import StoredStudy
 from sweep.text import so_many

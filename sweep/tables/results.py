@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -14,13 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 from kernels.metrics import Metric
 from sweep.analysis import Declaration, Interval, by_point, mean_interval
 from sweep.errors import ChoiceError
-from sweep.spec.recorded import Column, Over, column_over
-from sweep.store.plan_about import AxisAbout
+from sweep.spec import Column, Over, column_over
+from sweep.store import AxisAbout
 from sweep.tables.choosing import Choice, as_names
 from sweep.text import unknown
-
-if TYPE_CHECKING:
-    from sweep.tables.stored_study import StoredStudy
 
 
 class Looks(NamedTuple):
@@ -54,11 +51,6 @@ class Results(ABC):
     plan: pa.Table
     chosen: Mapping[str, Choice] = MappingProxyType({})
     conditions: tuple[str, ...] = ()
-
-    @property
-    @abstractmethod
-    def parts(self) -> "tuple[StoredStudy, ...]":
-        """The stored studies that it is made of."""
 
     @property
     @abstractmethod

@@ -15,16 +15,9 @@ import pyarrow.compute as pc
 
 from kernels.catalogue import BUILT_IN
 from kernels.identity import Code
-from sweep.design.code import study_code
-from sweep.design.design import expand
-from sweep.design.jobs import Jobs, SomeJobs
-from sweep.design.trial_ids import Ids, KnownIds
-from sweep.spec.document import Document
-from sweep.spec.strict_yaml import parse_document
-from sweep.spec.study import Study
-from sweep.store.locations import Location
-from sweep.store.recordings import Served, others_stored, served
-from sweep.store.store import Store
+from sweep.design import Ids, Jobs, KnownIds, SomeJobs, expand, study_code
+from sweep.spec import Document, Study, parse_document
+from sweep.store import Location, Served, Store, others_stored, served
 from sweep.tables.stored_study import StoredStudy
 
 MOST_SHOWN = 60

@@ -4,14 +4,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from kernels.catalogue import Catalogue
-from sweep.design.jobs import Job, directed, point_id
-from sweep.design.trial_ids import TRIAL_ID
+from sweep.design import TRIAL_ID, Job, directed, point_id
 from sweep.errors import StoreError
-from sweep.spec.continuing import DIRECTION, DOWN, PARENT, UP
-from sweep.spec.maps import OwnMap
-from sweep.spec.study import Study
+from sweep.spec import DIRECTION, DOWN, PARENT, UP, OwnMap, Study
 from sweep.tables.stored_spec import accepted
-from sweep.tables.stored_trials import StoredTrial
+from sweep.tables.trial_rows import StoredTrial
 
 
 def stored_job(

@@ -8,9 +8,9 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
-from sweep.design.chains import FIRST, before_each
+from sweep.design import FIRST, before_each
 from sweep.errors import StoreError
-from sweep.spec.continuing import DIRECTION, PARENT
+from sweep.spec import DIRECTION, PARENT
 
 
 def check_links(plan: pa.Table, provenance: Mapping[str, Any]) -> None:

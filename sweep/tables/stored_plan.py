@@ -11,12 +11,16 @@ import pyarrow as pa
 
 from kernels.catalogue import Catalogue
 from sweep.errors import StoreError
-from sweep.spec.ablation import why_no_detail
-from sweep.spec.continuing import DIRECTION, WAYS
-from sweep.spec.samplers import SAMPLERS, in_blocks
-from sweep.spec.sections import check_names
-from sweep.spec.settings import settings_of
-from sweep.spec.study import sections
+from sweep.spec import (
+    DIRECTION,
+    SAMPLERS,
+    WAYS,
+    check_names,
+    in_blocks,
+    sections,
+    settings_of,
+    why_no_detail,
+)
 from sweep.tables.stored_links import check_links
 from sweep.text import shortened
 

@@ -10,18 +10,25 @@ from typing import Any
 
 from kernels.catalogue import Catalogue
 from kernels.settings import Actuation, Breakdowns, Medium, Sensing
-from sweep.design.design import expand
-from sweep.design.trial_ids import TRIAL_ID
+from sweep.design import TRIAL_ID, expand
 from sweep.errors import ChoiceError, SpecError, StoreError
-from sweep.spec.document import Document, Entry, Place
-from sweep.spec.keys import written
-from sweep.spec.limits import MOST_TRIALS
-from sweep.spec.maps import OwnMap
-from sweep.spec.setting_values import read_fixed
-from sweep.spec.settings import Value, settings_of
-from sweep.spec.strict_yaml import parse_document
-from sweep.spec.study import Study, read_study, sections, spec_parts
-from sweep.tables.stored_trials import StoredTrial
+from sweep.spec import (
+    MOST_TRIALS,
+    Document,
+    Entry,
+    OwnMap,
+    Place,
+    Study,
+    Value,
+    parse_document,
+    read_fixed,
+    read_study,
+    sections,
+    settings_of,
+    spec_parts,
+    written,
+)
+from sweep.tables.trial_rows import StoredTrial
 
 LATER = (
     *(*Sensing._fields, *Actuation._fields, *Breakdowns._fields),

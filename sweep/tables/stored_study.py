@@ -16,30 +16,37 @@ from numpy.typing import NDArray
 from kernels.catalogue import Catalogue
 from kernels.identity import Code
 from kernels.metrics import Metric
-from sweep.analysis.mean_bounds import Declaration, in_full
+from sweep.analysis import Declaration, in_full
 from sweep.errors import ChoiceError, StoreError
-from sweep.spec.ablation import fitted_preset, label
-from sweep.spec.continuing import DIRECTION
-from sweep.spec.derived_metrics import declared
-from sweep.spec.maps import OwnMap, maps_from_json
-from sweep.spec.recorded import (
+from sweep.spec import (
+    DIRECTION,
+    PLAN,
+    STUDY_NAME,
+    OwnMap,
+    Setting,
     columns_of,
     declaration_of,
+    declared,
+    fitted_preset,
+    label,
+    maps_from_json,
+    sections,
+    settings_of,
 )
-from sweep.spec.settings import Setting, settings_of
-from sweep.spec.study import sections
-from sweep.spec.study_folder import PLAN, STUDY_NAME
-from sweep.store.locations import Location, location
-from sweep.store.origin import plan_provenance, stamps
-from sweep.store.placed import PlacedTrials
-from sweep.store.plan_about import AxisAbout, PlanAbout
-from sweep.store.recordings import measured
-from sweep.store.rows import DISTRIBUTION
-from sweep.store.store import Store
-from sweep.store.stored_code import (
+from sweep.store import (
+    DISTRIBUTION,
+    AxisAbout,
+    Location,
+    PlacedTrials,
+    PlanAbout,
+    Store,
     known_with_code,
     known_without_code,
+    location,
+    measured,
     other_now,
+    plan_provenance,
+    stamps,
     stored_sources,
 )
 from sweep.tables.choosing import (
@@ -53,12 +60,12 @@ from sweep.tables.results import Looks, Results
 from sweep.tables.stored_links import check_stored_link
 from sweep.tables.stored_plan import check_plan
 from sweep.tables.stored_tables import checked
-from sweep.tables.stored_trials import StoredTrial, origins, stored_trials
+from sweep.tables.trial_rows import StoredTrial, origins, stored_trials
 from sweep.text import shortened, so_many, unknown
 
 if TYPE_CHECKING:
-    from sweep.design.jobs import Job
-    from sweep.trial.world import TrialWorld
+    from sweep.design import Job
+    from sweep.trial import TrialWorld
 
 
 DETAIL = "detail"
@@ -261,7 +268,7 @@ class StoredStudy(Results):
         return part
 
     def _with_labels(self, trials: pd.DataFrame) -> pd.DataFrame:
-        """Return trials with the points of the plan, and the labels that divide them."""
+        """Return trials with the points of the plan and the labels of the split."""
         if self.split is None:
             return trials
         column = self.split.column
@@ -555,11 +562,6 @@ class StoredStudy(Results):
         return [text for label, text in self.split.notes.items() if label in labels]
 
     @property
-    def parts(self) -> "tuple[StoredStudy, ...]":
-        """The studies that it is made of: itself."""
-        return (self,)
-
-    @property
     def left_out(self) -> Mapping[str, str]:
         """The metrics that its conversion leaves out, each with the reason."""
         return self.conversion.left_out if self.conversion else {}
@@ -749,7 +751,7 @@ class StoredStudy(Results):
         another map of that name. Raises CodeError if its code may not run.
         """
         # Imported here: it imports the kernels, which tables do without.
-        from sweep.store.last_flocks import with_beginning
+        from sweep.store import with_beginning
         from sweep.tables.stored_jobs import stored_job
 
         known = self.running(stored.provenance)
@@ -762,7 +764,7 @@ class StoredStudy(Results):
 
         Raises as `trial` and `job`.
         """
-        from sweep.trial.world import world_of
+        from sweep.trial import world_of
 
         return world_of(self.job(self.trial(trial)))
 

@@ -15,12 +15,10 @@ from numpy.typing import NDArray
 
 from kernels.catalogue import Catalogue
 from kernels.settings import MOST_PIXELS
-from sweep.design.trial_ids import TRIAL_ID
+from sweep.design import TRIAL_ID
 from sweep.errors import StoreError
-from sweep.spec.settings import settings_of
-from sweep.spec.study import LAST_FLOCKS
-from sweep.store.locations import Location
-from sweep.store.rows import ABOUT_LINK, ABOUT_TRIAL, ARROW, FLIGHT, HEADINGS
+from sweep.spec import LAST_FLOCKS, settings_of
+from sweep.store import ABOUT_LINK, ABOUT_TRIAL, ARROW, FLIGHT, HEADINGS, Location
 from sweep.text import shortened
 
 NAME = re.compile("[A-Za-z_][A-Za-z0-9_]*")

@@ -7,12 +7,12 @@ from unittest import SkipTest
 
 from kernels.identity import code_of
 from kernels.models import MODELS
-from sweep.spec.study import Study
+from sweep.spec import Study
 from sweep.testing.calls import calls
 from sweep.testing.grids import grid
 from sweep.testing.reaching import reach
 from sweep.testing.subject import Subject
-from sweep.trial.probe import check_once
+from sweep.trial import check_once
 
 TRIED = {"calls": calls, "grid": grid, "reach": reach}
 

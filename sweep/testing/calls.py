@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.design.jobs import Job
+from sweep.design import Job
 from sweep.testing.flights import (
     BOIDS,
     SIDE,
@@ -18,8 +18,7 @@ from sweep.testing.flights import (
 )
 from sweep.testing.places import of_function
 from sweep.testing.subject import Subject
-from sweep.trial.simulation import Simulation
-from sweep.trial.state import State
+from sweep.trial import Simulation, State
 
 FIRST = 3
 """Steps before the checked one: boids then differ in their velocities."""

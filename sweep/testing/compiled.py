@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 from unittest import SkipTest
 
-from sweep.design.jobs import Job
+from sweep.design import Job
 from sweep.testing.elsewhere import run_elsewhere
 from sweep.testing.flights import difference, every_way, fly, go, in_words
 from sweep.testing.interpreted import read
 from sweep.testing.places import of_function
 from sweep.testing.subject import Subject
-from sweep.trial.simulation import Simulation
+from sweep.trial import Simulation
 
 ARGUMENTS = ("flock", "world", "params", "work", "record", "rng", "steps")
 MANY = 400

@@ -4,7 +4,7 @@ import math
 from typing import Any, get_args, get_type_hints
 
 from kernels.settings import UNITS, About
-from sweep.spec.settings import GROUPS, NotAllowedError
+from sweep.spec import GROUPS, NotAllowedError
 from sweep.testing.flights import broken_demands
 from sweep.testing.places import of_field, of_setting, of_value
 from sweep.testing.subject import Subject

@@ -6,7 +6,7 @@ from unittest import SkipTest
 from sweep.testing.flights import every_way
 from sweep.testing.subject import Subject
 from sweep.text import installing
-from sweep.trial.on_device import refusal_of
+from sweep.trial import refusal_of
 
 COMPILER = "numba_cuda"
 

@@ -11,7 +11,7 @@ from kernels.robots.abilities import (
     to_declare,
     why_not,
 )
-from sweep.design.motors import LINE
+from sweep.design import LINE
 from sweep.testing.flights import every_way, fly, in_words
 from sweep.testing.places import of_field, of_function
 from sweep.testing.subject import Subject

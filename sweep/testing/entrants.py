@@ -16,20 +16,15 @@ from kernels.metrics import Metric
 from kernels.model import Model
 from kernels.models import MODELS
 from kernels.settings import About, Demand
-from sweep.design.jobs import Job
+from sweep.design import Job
 from sweep.errors import ChoiceError
-from sweep.own_code.catalogue import OwnCode, loaded
-from sweep.own_code.entries import MODEL
-from sweep.own_code.loading import load
-from sweep.own_code.sources import SUFFIX, gather
-from sweep.spec.expressions import parse
-from sweep.spec.recorded import lacks
-from sweep.spec.study import RecordSpec
+from sweep.own_code import MODEL, SUFFIX, OwnCode, gather, load, loaded
+from sweep.spec import RecordSpec, lacks, parse
 from sweep.testing.flights import every_way
 from sweep.testing.places import of_function
 from sweep.testing.subject import Subject
 from sweep.text import unknown
-from sweep.trial.numba_errors import Place
+from sweep.trial import Place
 
 KINDS = {"metrics": "measure", "maps": "draw", "starts": "draw", "samplers": "draw"}
 """Kinds of entries of a file besides models, with the function of each."""

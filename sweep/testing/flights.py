@@ -12,16 +12,19 @@ from numpy.typing import NDArray
 
 from kernels.model import Sight
 from kernels.settings import COMMON
-from sweep.design.consistency import DEMANDS
-from sweep.design.jobs import Job
-from sweep.spec.copied_maps import Obstacles
-from sweep.spec.expressions import parse
-from sweep.spec.settings import Value, preset_settings, settings_tuple
-from sweep.spec.study import RecordSpec, Streams
+from sweep.design import DEMANDS, Job
+from sweep.spec import (
+    Obstacles,
+    RecordSpec,
+    Streams,
+    Value,
+    parse,
+    preset_settings,
+    settings_tuple,
+)
 from sweep.testing.places import of_function
 from sweep.testing.subject import Subject
-from sweep.trial.simulation import Simulation
-from sweep.trial.state import State, Taken, joined
+from sweep.trial import Simulation, State, Taken, joined
 
 SEED = 27
 BOIDS = 14

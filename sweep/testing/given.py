@@ -15,13 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.shapes import numbers_of
-from sweep.design.jobs import Job
-from sweep.spec.sampling import UnitCube
+from sweep.design import Job
+from sweep.spec import UnitCube
 from sweep.testing.elsewhere import mishaps_said
 from sweep.testing.entrants import Entrant, entrant
 from sweep.testing.flights import STEPS, go, in_words
-from sweep.trial.scenery import flock_drawn_now, obstacles
-from sweep.trial.simulation import Simulation
+from sweep.trial import Simulation, flock_drawn_now, obstacles
 
 POINTS = (1, 12)
 """Numbers of points that a sampler draws."""

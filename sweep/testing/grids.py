@@ -6,7 +6,7 @@ from dataclasses import replace
 from unittest import SkipTest
 
 from kernels.model import Sight
-from sweep.design.jobs import Job
+from sweep.design import Job
 from sweep.testing.flights import (
     Flown,
     begun,
@@ -18,7 +18,7 @@ from sweep.testing.flights import (
 )
 from sweep.testing.places import of_function
 from sweep.testing.subject import Subject
-from sweep.trial.state import State
+from sweep.trial import State
 
 BOIDS = 80
 STEPS = 26

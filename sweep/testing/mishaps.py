@@ -1,7 +1,7 @@
 """An error that a model raises, as a sentence with file and line."""
 
 from sweep.testing.places import of_error
-from sweep.trial.numba_errors import explained
+from sweep.trial import explained
 
 
 def sentence(error: Exception) -> str:

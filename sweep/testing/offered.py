@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from kernels.metrics import Metric
 from kernels.shapes import boxes_of, numbers_of
-from sweep.spec.recorded import declaration_of
+from sweep.spec import declaration_of
 from sweep.testing.compiled import check_compiled
 from sweep.testing.elsewhere import run_elsewhere
 from sweep.testing.entrants import Entrant
 from sweep.testing.flights import in_words
 from sweep.testing.given import POINTS, SIDES, Given, flight_of, given, measured, read
-from sweep.trial.scenery import obstacles
+from sweep.trial import obstacles
 
 BEYOND = 3
 """Number of values after those of frames, which a metric leaves alone."""

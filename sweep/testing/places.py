@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from kernels.model import Model
-from sweep.trial.numba_errors import OTHERS, Place
+from sweep.trial import OTHERS, Place
 
 
 def of_function(function: Callable[..., Any]) -> Place:

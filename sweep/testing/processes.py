@@ -5,9 +5,8 @@ from unittest import SkipTest
 from sweep.testing.flights import every_way, in_words
 from sweep.testing.places import of_function
 from sweep.testing.subject import Subject
-from sweep.trial.result import Result
-from sweep.trial.simulation import run
-from sweep.workers.executors import Loky
+from sweep.trial import Result, run
+from sweep.workers import Loky
 
 WORKERS = 2
 

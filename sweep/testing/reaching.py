@@ -9,8 +9,8 @@ from unittest import SkipTest
 import numpy as np
 from numpy.random import Generator
 
-from sweep.design.jobs import Job
-from sweep.spec.copied_maps import Obstacles
+from sweep.design import Job
+from sweep.spec import Obstacles
 from sweep.testing.flights import (
     SIDE,
     Floats,
@@ -23,8 +23,7 @@ from sweep.testing.flights import (
 )
 from sweep.testing.places import of_function
 from sweep.testing.subject import Subject
-from sweep.trial.simulation import Simulation
-from sweep.trial.state import State
+from sweep.trial import Simulation, State
 
 BOIDS = 8
 DRAWS = 4

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-from sweep.design.jobs import Job
+from sweep.design import Job
 from sweep.testing.flights import (
     STEPS,
     Flown,

@@ -9,11 +9,8 @@ from typing import Any
 from kernels.catalogue import BUILT_IN, Catalogue
 from kernels.model import Model
 from sweep.errors import ChoiceError, CodeError
-from sweep.own_code.catalogue import OwnCode, loaded
-from sweep.own_code.entries import MODEL, model_of
-from sweep.own_code.loading import load
-from sweep.own_code.sources import SUFFIX, gather
-from sweep.spec.settings import Setting, settings_of
+from sweep.own_code import MODEL, SUFFIX, OwnCode, gather, load, loaded, model_of
+from sweep.spec import Setting, settings_of
 from sweep.text import unknown
 
 

@@ -10,15 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kernels.model import Symmetry
-from sweep.design.jobs import Job
-from sweep.spec.settings import NotAllowedError
+from sweep.design import Job
+from sweep.spec import NotAllowedError
 from sweep.testing.flights import Floats, begun, every_way, go, in_words, together
 from sweep.testing.places import of_field
 from sweep.testing.subject import Subject
 from sweep.text import unknown
-from sweep.trial.kinds import kinds_of
-from sweep.trial.simulation import Simulation
-from sweep.trial.state import State
+from sweep.trial import Simulation, State, kinds_of
 
 BOIDS = 25
 STEPS = 16

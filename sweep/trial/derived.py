@@ -5,10 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.spec.derived_metrics import DerivedMetric
-from sweep.spec.evaluation import left_open
-from sweep.spec.settings import Value
-from sweep.spec.study import RecordSpec
+from sweep.spec import DerivedMetric, RecordSpec, Value, left_open
 from sweep.trial.state import Taken
 
 Floats = NDArray[np.float64]

@@ -1,8 +1,8 @@
 """The types of the boids of a trial, to store or display them."""
 
 from kernels.model import kind_counts
-from sweep.design.jobs import Job
-from sweep.spec.settings import settings_of, settings_tuple
+from sweep.design import Job
+from sweep.spec import settings_of, settings_tuple
 
 
 def kinds_of(job: Job) -> dict[str, int]:

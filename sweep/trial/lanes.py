@@ -24,9 +24,7 @@ from kernels.lanes.together import (
 )
 from kernels.lanes.vectors import WIDTH
 from kernels.settings import ALL_IN_SIGHT
-from sweep.design.cost import searched_share
-from sweep.design.design import evenly
-from sweep.design.jobs import Job
+from sweep.design import Job, evenly, searched_share
 from sweep.trial.generators import lent_to_all
 from sweep.trial.result import Result
 from sweep.trial.robots import flies_alone

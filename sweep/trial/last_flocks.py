@@ -13,7 +13,7 @@ from numpy.random import Generator
 from kernels.flight import Flight
 from kernels.model import Model
 from kernels.state import Floats, Flock, Kinds
-from sweep.design.jobs import Job, LastFlock
+from sweep.design import Job, LastFlock
 
 
 def last_flock(flight: Flight) -> LastFlock:

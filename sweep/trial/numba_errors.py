@@ -29,7 +29,7 @@ from kernels.recording import Record
 from kernels.state import Flock, World
 from kernels.workspace import Workspace
 from kernels.worlds import Reach
-from sweep.own_code.names import undefined
+from sweep.own_code import undefined
 from sweep.text import shortened, similar
 
 OTHERS = tuple(

@@ -37,7 +37,7 @@ from kernels.flight import Calls, calls_of, check_calls
 from kernels.generator import Stream, go_on, stream_of
 from kernels.jit import allocates
 from kernels.metrics import Metric
-from sweep.design.jobs import Job
+from sweep.design import Job
 from sweep.text import installing
 from sweep.trial.result import Result, failed
 from sweep.trial.scenery import is_drawn
@@ -47,7 +47,7 @@ from sweep.trial.state import Taken
 if TYPE_CHECKING:
     from kernels.device.gpu import Gpu
 
-AT_ONCE = 8192
+MOST_ON_DEVICE = 8192
 """Largest number of trials in a batch.
 
 An H100 has room for about 33,000 of these threads, and workers take turns on it. The
@@ -252,7 +252,7 @@ def _fitting(job: Job, device: Device) -> int:
     room = int(
         min(SHARE * device.free_bytes(), SHARE_HERE * virtual_memory().available)
     )
-    return max(1, min(AT_ONCE, room // _batch([prepared]).bytes))
+    return max(1, min(MOST_ON_DEVICE, room // _batch([prepared]).bytes))
 
 
 def _prepared(job: Job) -> _Prepared | None:

@@ -15,11 +15,17 @@ import numpy as np
 from kernels.caching import kept
 from kernels.flight import measure
 from kernels.identity import Code
-from sweep.design.code import is_built_in
-from sweep.design.cost import KNOWN_PACE, TrialPace, job_seconds
-from sweep.design.design import evenly, expand
-from sweep.design.jobs import Job, Jobs
-from sweep.spec.study import Study
+from sweep.design import (
+    KNOWN_PACE,
+    Job,
+    Jobs,
+    TrialPace,
+    evenly,
+    expand,
+    is_built_in,
+    job_seconds,
+)
+from sweep.spec import Study
 from sweep.trial.numba_errors import of_own_code
 from sweep.trial.result import Result
 from sweep.trial.simulation import Simulation, say_compiling, simulate

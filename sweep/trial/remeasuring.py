@@ -19,9 +19,8 @@ from kernels.events import N_INTEGRALS
 from kernels.flight import measure
 from kernels.metrics import Metric
 from kernels.recording import FILLED, FIRST_STATE, N_COUNTS, Frames
-from sweep.design.jobs import Job
-from sweep.spec.derived_metrics import DerivedMetric
-from sweep.spec.study import RecordSpec
+from sweep.design import Job
+from sweep.spec import DerivedMetric, RecordSpec
 from sweep.trial.derived import summaries, with_derived
 from sweep.trial.numba_errors import explained
 from sweep.trial.simulation import BOID_STEPS_A_CALL, Simulation

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.design.jobs import Job, LastFlock
+from sweep.design import Job, LastFlock
 
 FAILED = ("failed", "timeout")
 """Statuses of trials that did not end by themselves.

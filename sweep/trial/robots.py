@@ -15,9 +15,8 @@ from kernels.robots.senses import NEVER, Senses
 from kernels.robots.senses import is_ideal as senses_are_ideal
 from kernels.robots.wind import Wind, is_calm
 from kernels.settings import FAILURES, RobotSettings
-from sweep.design.jobs import Job, stream
-from sweep.design.robots import robots_at
-from sweep.spec.settings import Value
+from sweep.design import Job, robots_at, stream
+from sweep.spec import Value
 
 
 def robots_of(job: Job) -> RobotSettings:

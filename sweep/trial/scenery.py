@@ -24,8 +24,8 @@ from kernels.shapes import Obstacle, Obstacles, checked
 from kernels.starts import Draw
 from kernels.state import Flock
 from kernels.worlds import Map
-from sweep.design.jobs import Job, literal_seed, stream
-from sweep.spec.settings import settings_of, settings_tuple
+from sweep.design import Job, literal_seed, stream
+from sweep.spec import settings_of, settings_tuple
 from sweep.trial.generators import Randomness
 from sweep.trial.last_flocks import flock_of
 

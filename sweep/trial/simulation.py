@@ -41,10 +41,8 @@ from kernels.settings import (
     WorldSettings,
 )
 from kernels.state import Corners, Flock, World
-from sweep.design.jobs import Job, stream
-from sweep.spec.recorded import lacks_boids
-from sweep.spec.settings import settings_of, settings_tuple
-from sweep.spec.study import RecordSpec
+from sweep.design import Job, stream
+from sweep.spec import RecordSpec, lacks_boids, settings_of, settings_tuple
 from sweep.trial.compiled import NOTHING_IS_KEPT
 from sweep.trial.derived import measured, summaries
 from sweep.trial.generators import Randomness

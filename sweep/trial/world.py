@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from kernels.moving import given_velocities, place_along, velocities_of
 from kernels.settings import Places, WorldSettings
 from kernels.shapes import Obstacle, Obstacles, Polygon, boxes_of, shapes_of
-from sweep.design.jobs import Job
-from sweep.spec.settings import settings_of, settings_tuple
+from sweep.design import Job
+from sweep.spec import settings_of, settings_tuple
 from sweep.trial.kinds import kinds_of
 from sweep.trial.robots import keys_of
 from sweep.trial.scenery import obstacles

@@ -11,7 +11,7 @@ It runs the kernels that sweeps use.
     session        one live run
     course         its past, from which any step is run again
     edits          undo and redo
-    live           a live run as a Show
+    live_show      a live run as a Show
     replaying      a stored trial as a Show
     stored         the stored trials, to go from one to another
     track          a stored trial, run once, with its metrics
@@ -32,7 +32,7 @@ It runs the kernels that sweeps use.
     recording      a run as one page of HTML
     senses         the facts that give perceived neighbours from positions
     front_matter   title, caption, citation and licence of a recording
-    document       a page that opens from disk
+    page_text      a page that opens from disk
     page           the page as one text
     replayed_page  a stored trial as a page
     demo           the demos of the start page
@@ -41,3 +41,7 @@ It runs the kernels that sweeps use.
     launching      launches that a page asks for, of one spec
     widget         the page, in a notebook
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

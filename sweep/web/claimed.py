@@ -5,13 +5,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from sweep.design.design import Design, expand
+from sweep.design import Design, expand
 from sweep.errors import ChoiceError, SpecError
-from sweep.spec.recorded import Column
-from sweep.spec.settings import Value
-from sweep.spec.strict_yaml import read_document
-from sweep.spec.study import Study, read_study
-from sweep.tables.choosing import Chooser
+from sweep.spec import Column, Study, Value, read_document, read_study
+from sweep.tables import Chooser
 from sweep.web.protocol import Reply
 
 

@@ -13,18 +13,17 @@ from contextlib import suppress
 from functools import cache
 
 from kernels.catalogue import Catalogue
-from sweep.design.jobs import Job
+from sweep.design import Job
 from sweep.errors import CodeError
-from sweep.spec.settings import preset_settings
-from sweep.spec.study import RecordSpec, Streams
-from sweep.trial import looking
-from sweep.trial.numba_errors import of_own_code
-from sweep.trial.robots import with_layers
-from sweep.trial.simulation import (
+from sweep.spec import RecordSpec, Streams, preset_settings
+from sweep.trial import (
     Simulation,
     compiling_seconds,
     is_compiled,
+    looking,
+    of_own_code,
     say_compiling,
+    with_layers,
 )
 
 

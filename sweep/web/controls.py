@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from kernels.catalogue import BUILT_IN, Catalogue
 from kernels.metrics import Metric
 from kernels.model import Model
-from sweep.spec.built_in import EXPERIMENTS
-from sweep.spec.derived_metrics import DerivedMetric
-from sweep.spec.recorded import lacks
-from sweep.spec.settings import (
+from sweep.spec import (
+    EXPERIMENTS,
     WRAPS_ONLY,
+    DerivedMetric,
     Setting,
     Value,
+    lacks,
     only_wrapping,
     preset_settings,
     settings_of,

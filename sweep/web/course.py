@@ -7,8 +7,7 @@ from bisect import bisect_right
 from itertools import count
 from typing import NamedTuple
 
-from sweep.trial.simulation import Simulation
-from sweep.trial.state import State
+from sweep.trial import Simulation, State
 from sweep.web.running import changed
 from sweep.web.state import ViewState
 from sweep.web.track import quiet, run_to, steps_a_call

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
 
-from sweep.own_code.reading import load_spec
-from sweep.web.live import Live
+from sweep.own_code import load_spec
+from sweep.web.live_show import Live
 from sweep.web.protocol import Reply
 from sweep.web.state import from_study
 

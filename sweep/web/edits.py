@@ -2,9 +2,9 @@
 
 from typing import NamedTuple
 
-from sweep.design.points import SIDES
+from sweep.design import SIDES
 from sweep.errors import SpecError
-from sweep.spec.settings import Value
+from sweep.spec import Value
 from sweep.web.course import Course
 from sweep.web.history import History
 from sweep.web.state import ViewState

@@ -13,13 +13,19 @@ from matplotlib import style
 from numpy.typing import NDArray
 from PIL import Image, PngImagePlugin
 
-from sweep.design.jobs import Job
+from sweep.design import Job
 from sweep.errors import ChoiceError
 from sweep.figures import STYLE, draw_flock
-from sweep.replays.animation import MOST_FRAMES, Picture, Scene
-from sweep.replays.flight import Report
-from sweep.replays.video import find_ffmpeg, write_gif, write_mp4
-from sweep.tables.outputs import check_output, unfinished
+from sweep.replays import (
+    MOST_FRAMES,
+    Picture,
+    Report,
+    Scene,
+    find_ffmpeg,
+    write_gif,
+    write_mp4,
+)
+from sweep.tables import check_output, unfinished
 from sweep.web.flight import KeptFlight, silent
 from sweep.web.origin import about_frame, in_lines, picture_name, run_name
 

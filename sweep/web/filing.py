@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.design.jobs import Job
+from sweep.design import Job
 from sweep.errors import OutputError, SpecError
-from sweep.replays.video import find_ffmpeg
+from sweep.replays import find_ffmpeg
 from sweep.text import unknown
 from sweep.web.origin import about_frame, picture_name, trial_name
 from sweep.web.protocol import Reply

@@ -8,10 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.design.jobs import Job
-from sweep.replays.flight import Report, frames
-from sweep.trial.derived import measured
-from sweep.trial.state import joined
+from sweep.design import Job
+from sweep.replays import Report, frames
+from sweep.trial import joined, measured
 from sweep.web.running import recorded
 
 MOST_BYTES = 256 * 2**20

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from kernels.identity import kernels_sha
-from sweep.design.jobs import Job
-from sweep.sharing.citing import behind, program
-from sweep.sharing.stranger import NO_LICENCE
+from sweep.design import Job
+from sweep.sharing import NO_LICENCE, behind, program
 from sweep.text import so_many
 from sweep.web.flight import KeptFlight
 

@@ -18,19 +18,12 @@ from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 from kernels.catalogue import BUILT_IN, Catalogue
-from sweep.design.design import expand
-from sweep.design.jobs import Jobs
+from sweep.design import Jobs, expand
 from sweep.errors import ChoiceError
-from sweep.own_code.catalogue import OwnCatalogue
-from sweep.own_code.reading import load_spec, study_with
-from sweep.spec.study import Study
-from sweep.spec.study_folder import SPEC
-from sweep.store.locations import Location
-from sweep.store.lock import Lock
-from sweep.store.places import place_of
-from sweep.tables.outputs import unfinished
-from sweep.tables.spec_difference import compare
-from sweep.tables.stored_study import StoredStudy
+from sweep.own_code import OwnCatalogue, load_spec, study_with
+from sweep.spec import SPEC, Study
+from sweep.store import Location, Lock, place_of
+from sweep.tables import StoredStudy, compare, unfinished
 from sweep.text import so_many, unknown
 
 NOBODY = "This page only reads: --launch SPEC lets it launch."

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from sweep.spec.settings import Value
+from sweep.spec import Value
 from sweep.web.state import Shape
 
 Whole = Annotated[int, "from 0"]

@@ -14,14 +14,10 @@ from numpy.typing import NDArray
 from ruamel.yaml import YAML
 
 from kernels.catalogue import Catalogue
-from sweep.design.design import Design, expand
-from sweep.design.jobs import Job, Jobs
+from sweep.design import Design, Job, Jobs, expand
 from sweep.errors import SpecError
-from sweep.own_code.reading import study_with
-from sweep.spec.axes import Axis
-from sweep.spec.document import Place
-from sweep.spec.settings import Value
-from sweep.spec.study import Study
+from sweep.own_code import study_with
+from sweep.spec import Axis, Place, Study, Value
 from sweep.text import unknown
 
 WIDTH = 110

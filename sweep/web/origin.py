@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 
 from kernels.identity import kernels_sha
-from sweep.design.jobs import Job
-from sweep.store.provenance import machine
+from sweep.design import Job
+from sweep.store import machine
 
 
 def about(study: str, job: Job) -> dict[str, str]:

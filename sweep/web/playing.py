@@ -16,7 +16,7 @@ from threading import Event
 from typing import NoReturn, TypeVar
 
 from sweep.errors import SpecError, UserError
-from sweep.trial.numba_errors import of_own_code
+from sweep.trial import of_own_code
 from sweep.web.filing import StoppedError, Tell
 from sweep.web.history import Cursor
 from sweep.web.messages import (

@@ -113,7 +113,7 @@ from dataclasses import MISSING
 from dataclasses import fields as members
 from typing import Any, get_type_hints
 
-from sweep.spec.settings import Value
+from sweep.spec import Value
 from sweep.text import unknown
 from sweep.web.messages import MESSAGES, Message, Names, Whole, Yaml
 from sweep.web.state import Shape

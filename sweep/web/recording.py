@@ -10,14 +10,14 @@ from collections.abc import Iterable
 from dataclasses import asdict
 from typing import Any
 
-from sweep.design.jobs import Job
+from sweep.design import Job
 from sweep.errors import ChoiceError
-from sweep.web.document import document
 from sweep.web.encoding import frame
 from sweep.web.export import MIME, File, thinned
 from sweep.web.flight import KeptFlight
 from sweep.web.front_matter import front_matter
 from sweep.web.origin import about, run_name
+from sweep.web.page_text import document
 from sweep.web.senses import faced, senses_of
 
 MOST_BYTES = 16 * 2**20

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from sweep.replays.flight import Report
-from sweep.tables.stored_study import StoredStudy
+from sweep.replays import Report
+from sweep.tables import StoredStudy
 from sweep.web.flight import fly
 from sweep.web.recording import recording_of
 from sweep.web.replaying import Replay

@@ -8,19 +8,17 @@ shows everything that a live run shows.
 from contextlib import suppress
 from typing import Any
 
-from sweep.design.jobs import Job
+from sweep.design import Job
 from sweep.errors import SpecError, StoreError, UserError
-from sweep.replays.bits import differences
-from sweep.replays.flight import Report
-from sweep.tables.stored_study import StoredStudy
+from sweep.replays import Report, differences
+from sweep.tables import StoredStudy
 from sweep.text import numbered
-from sweep.trial.simulation import simulate
-from sweep.trial.state import Taken
+from sweep.trial import Taken, simulate
 from sweep.web import messages
 from sweep.web.course import RUNS
 from sweep.web.filing import Order
 from sweep.web.flight import silent
-from sweep.web.live import Live, do
+from sweep.web.live_show import Live, do
 from sweep.web.messages import Message
 from sweep.web.protocol import Reply
 from sweep.web.state import ViewState, from_job

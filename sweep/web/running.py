@@ -6,13 +6,9 @@ Any metric can be plotted, and parameters change while they run.
 from collections.abc import Iterable
 from dataclasses import replace
 
-from sweep.design.jobs import Job
-from sweep.spec.derived_metrics import needed
-from sweep.spec.recorded import lacks_boids
-from sweep.spec.study import RecordSpec
-from sweep.trial.robots import robot_layers_of
-from sweep.trial.simulation import Simulation
-from sweep.trial.world import world_of
+from sweep.design import Job
+from sweep.spec import RecordSpec, lacks_boids, needed
+from sweep.trial import Simulation, robot_layers_of, world_of
 from sweep.web.compiling import prepare
 
 MOST_PIXELS = 4_000_000

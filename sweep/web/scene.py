@@ -4,11 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from sweep.design.jobs import Job
-from sweep.spec.polygons import polygon_as_written
-from sweep.spec.settings import places_of
-from sweep.trial.robots import failures_of
-from sweep.trial.world import world_of
+from sweep.design import Job
+from sweep.spec import places_of, polygon_as_written
+from sweep.trial import failures_of, world_of
 from sweep.web.protocol import Reply
 
 

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.design.jobs import Job
-from sweep.trial import looking
-from sweep.trial.simulation import Simulation
+from sweep.design import Job
+from sweep.trial import Simulation, looking
 from sweep.web.encoding import Floats
 from sweep.web.protocol import plain
 from sweep.web.running import simulation_of

@@ -24,7 +24,7 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from sweep.errors import SpecError, UserError
-from sweep.store.user_key import own_key
+from sweep.store import own_key
 from sweep.web.demo import DEMOS, moving
 from sweep.web.launching import actions
 from sweep.web.protocol import MOST_BYTES, MessageError, Reply, write

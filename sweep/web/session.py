@@ -13,12 +13,9 @@ from numpy.typing import NDArray
 
 from kernels.settings import StartSettings
 from sweep.errors import SpecError
-from sweep.spec.settings import Value
+from sweep.spec import Value
 from sweep.text import unknown
-from sweep.trial.derived import measured
-from sweep.trial.looking import counts_visits
-from sweep.trial.robots import robot_layers_of
-from sweep.trial.state import Taken
+from sweep.trial import Taken, counts_visits, measured, robot_layers_of
 from sweep.web.compiling import prepare
 from sweep.web.course import Course, Part
 from sweep.web.edits import EditStack, Moment, differing

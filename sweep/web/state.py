@@ -14,25 +14,32 @@ from typing import Any, NamedTuple
 
 from kernels.catalogue import BUILT_IN, Catalogue
 from kernels.metrics import METRICS
-from sweep.design.design import expand
-from sweep.design.jobs import Job, Jobs
-from sweep.design.points import SIDES
+from sweep.design import SIDES, Job, Jobs, expand
 from sweep.errors import SpecError
-from sweep.spec.derived_metrics import DerivedMetric
-from sweep.spec.document import Document, Entry
-from sweep.spec.keys import written
-from sweep.spec.maps import OwnMap, map_as_written, read_maps, shape_as_written
-from sweep.spec.settings import (
+from sweep.spec import (
+    MOST_BYTES,
     TORUS,
+    DerivedMetric,
+    Document,
+    Entry,
     NotAllowedError,
+    OwnMap,
+    RecordSpec,
     Setting,
+    Streams,
+    Study,
     Value,
+    dump,
+    map_as_written,
+    parse_spec,
+    read_maps,
     settings_of,
+    shape_as_written,
+    spec_parts,
     usual_preset,
     usual_settings,
+    written,
 )
-from sweep.spec.strict_yaml import MOST_BYTES, dump
-from sweep.spec.study import RecordSpec, Streams, Study, parse_spec, spec_parts
 from sweep.text import unknown
 from sweep.web.opened import Edits, OpenedSpec, opened
 

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from sweep.design.jobs import Job
+from sweep.design import Job
 from sweep.errors import SpecError, UserError
-from sweep.spec.settings import Value
-from sweep.tables.stored_study import StoredStudy
+from sweep.spec import Value
+from sweep.tables import StoredStudy
 from sweep.web.controls import Place, offered, placed
 from sweep.web.opened import opened_again, point_having
 from sweep.web.protocol import Reply

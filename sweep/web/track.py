@@ -9,12 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.design.jobs import Job
-from sweep.replays.flight import Report
-from sweep.spec.study import RecordSpec
-from sweep.trial.derived import measured
-from sweep.trial.simulation import Simulation
-from sweep.trial.state import State, joined
+from sweep.design import Job
+from sweep.replays import Report
+from sweep.spec import RecordSpec
+from sweep.trial import Simulation, State, joined, measured
 from sweep.web.running import recorded, simulation_of
 
 BOID_STEPS_APART = 20_000

@@ -14,12 +14,11 @@ from typing import Any, TypeVar
 
 from kernels.catalogue import BUILT_IN, Catalogue
 from sweep.errors import SpecError
-from sweep.spec.settings import Value
-from sweep.tables.outputs import check_output, unfinished
-from sweep.tables.stored_study import StoredStudy
+from sweep.spec import Value
+from sweep.tables import StoredStudy, check_output, unfinished
 from sweep.text import installing
 from sweep.web.filing import KINDS, untold
-from sweep.web.live import Live
+from sweep.web.live_show import Live
 from sweep.web.messages import Spec
 from sweep.web.page import script, style
 from sweep.web.playing import Player, without_lines

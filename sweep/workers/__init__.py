@@ -23,3 +23,7 @@ No trial is lost, and none is stored twice.
     remote             runs a chunk in a worker of the cluster
     warden             ends a worker of the cluster whose job is beyond a limit
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -9,14 +9,10 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing
 from functools import partial
 
-from sweep.design.cost import job_seconds
-from sweep.design.jobs import Job, LinkedJobs
-from sweep.spec.study import Study
-from sweep.store.rows import Tables
-from sweep.store.store import Store
-from sweep.store.writer import Writer
-from sweep.trial.result import Result, after, failed, overdue, result_bytes
-from sweep.trial.simulation import is_brief
+from sweep.design import Job, LinkedJobs, job_seconds
+from sweep.spec import Study
+from sweep.store import Store, Tables, Writer
+from sweep.trial import Result, after, failed, is_brief, overdue, result_bytes
 from sweep.workers.checkpoint_folder import Checkpoints
 from sweep.workers.executors import ExecutorFactory
 from sweep.workers.failures import Failures

@@ -29,12 +29,9 @@ from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
-from sweep.design.jobs import Job
-from sweep.store.durable import make_folder
-from sweep.store.user_key import own_key
-from sweep.trial.lanes import fly, in_groups
-from sweep.trial.result import Result
-from sweep.trial.simulation import Simulation, attempt, is_brief
+from sweep.design import Job
+from sweep.store import make_folder, own_key
+from sweep.trial import Result, Simulation, attempt, fly, in_groups, is_brief
 from sweep.workers.checkpoint_file import (
     Saved,
     add_frames,

@@ -27,11 +27,8 @@ from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
-from sweep.store.durable import flush
-from sweep.store.new_files import replacing
-from sweep.store.processes import cpu_name
-from sweep.store.regular import open_regular, read_whole
-from sweep.trial.state import State, Taken
+from sweep.store import cpu_name, flush, open_regular, read_whole, replacing
+from sweep.trial import State, Taken
 from sweep.workers.fingerprint import fingerprint, refusal
 
 FORMAT = 2

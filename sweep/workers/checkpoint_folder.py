@@ -19,9 +19,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from sweep.spec.study_folder import CHECKPOINTS
-from sweep.store.locations import Location
-from sweep.store.shares import Share
+from sweep.spec import CHECKPOINTS
+from sweep.store import Location, Share
 
 STATES = ("state", "tried-1", "tried-2")
 FRAMES = "frames"

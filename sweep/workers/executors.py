@@ -18,9 +18,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar
 
-from sweep.store.processes import end, end_with, here, started
+from sweep.store import end, end_with, here, started
 from sweep.surroundings import SAFE_PATH, SETTINGS, ignore_settings, safe_path
-from sweep.trial.interrupts import SIGNALS, deaf
+from sweep.trial import SIGNALS, deaf
 
 if TYPE_CHECKING:
     from sweep.workers.flying import Flying

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 import pyarrow as pa
 
 from sweep.errors import FailedTrialsError
-from sweep.spec.study import Study
-from sweep.store.store import Store
+from sweep.spec import Study
+from sweep.store import Store
 from sweep.text import so_many
-from sweep.trial.result import Result
+from sweep.trial import Result
 
 LOG = logging.getLogger("sweep")
 MOST_CAUSES = 5

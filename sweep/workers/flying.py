@@ -12,11 +12,9 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
-from sweep.design.jobs import Job
-from sweep.spec.study import Study
-from sweep.trial.lanes import AT_ONCE, Trials, worth_flying_together
-from sweep.trial.result import Result
-from sweep.trial.simulation import run, warm
+from sweep.design import Job
+from sweep.spec import Study
+from sweep.trial import AT_ONCE, Result, Trials, run, warm, worth_flying_together
 from sweep.workers.checkpoint import Checkpointed
 from sweep.workers.chunks import Chunks, Dealing
 from sweep.workers.watch import NO_LIMITS, Limits

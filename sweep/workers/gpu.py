@@ -18,14 +18,11 @@ from dataclasses import dataclass, field
 from functools import cache, partial
 from typing import Protocol
 
-from sweep.design.cost import trial_bytes
-from sweep.design.design import evenly
-from sweep.design.jobs import Job
+from sweep.design import Job, evenly, trial_bytes
 from sweep.errors import ChoiceError
-from sweep.spec.study import Study
+from sweep.spec import Study
 from sweep.text import so_many
-from sweep.trial.result import Result
-from sweep.trial.simulation import one_step
+from sweep.trial import Result, one_step
 from sweep.workers.chunks import Batches
 from sweep.workers.executors import Loky, SpoiltWorkerError, core_count
 from sweep.workers.flying import NewTrials, Sent
@@ -172,14 +169,14 @@ class Cuda(Loky):
     @property
     def flying(self) -> OnDevice:
         """Way in which its workers run trials: in batches on the GPU."""
-        from sweep.trial.on_device import AT_ONCE, DeviceTrials, refusal_of
+        from sweep.trial import MOST_ON_DEVICE, DeviceTrials, refusal_of
 
-        return OnDevice(DeviceTrials(), refusal_of, AT_ONCE, this_gpu())
+        return OnDevice(DeviceTrials(), refusal_of, MOST_ON_DEVICE, this_gpu())
 
 
 def gpu_problem() -> str:
     """Return why this machine has no GPU that runs trials; "" where it has one."""
-    from sweep.trial.on_device import problem
+    from sweep.trial import problem
 
     return problem()
 
@@ -199,7 +196,7 @@ def this_gpu() -> dict[str, str]:
     The others are versions of the libraries that compile for it. The results of a trial
     that it ran may depend on all of them.
     """
-    from sweep.trial.on_device import gpu
+    from sweep.trial import gpu
 
     device = gpu()
     major, minor = divmod(device.driver, 1000)

@@ -19,10 +19,8 @@ import logging
 import zlib
 from functools import cache
 
-from sweep.design.jobs import Job, LastState
-from sweep.trial.result import Result
-from sweep.trial.simulation import Simulation
-from sweep.trial.state import every_so_many, joined
+from sweep.design import Job, LastState
+from sweep.trial import Result, Simulation, every_so_many, joined
 from sweep.workers.checkpoint_file import (
     FrameType,
     Saved,

@@ -28,7 +28,7 @@ from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar
 
 from sweep.errors import WorkersError
-from sweep.trial.interrupts import HeldInterrupt
+from sweep.trial import HeldInterrupt
 from sweep.workers import fingerprint
 from sweep.workers.chunks import Chunks, Dealing
 from sweep.workers.executors import (

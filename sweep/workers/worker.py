@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
 
-from sweep.trial.compiled import NOTHING_IS_KEPT
+from sweep.trial import NOTHING_IS_KEPT
 from sweep.workers import fingerprint
 from sweep.workers.watch import JobNote
 
@@ -81,9 +81,8 @@ def compile_ahead(jobs: Sequence[object], together: bool = False) -> None:
     together : bool, default False
         Whether to compile code of trials that run together, too.
     """
-    from sweep.design.jobs import Job
-    from sweep.trial.lanes import first_group, warm_together
-    from sweep.trial.simulation import warm
+    from sweep.design import Job
+    from sweep.trial import first_group, warm, warm_together
 
     for job in jobs:
         if not isinstance(job, Job):

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sweep.analysis.coexistence import transition_order
-from sweep.analysis.collapse import Collapse, collapse
+from sweep.analysis.size_collapse import Collapse, collapse
 from sweep.analysis.size_curves import (
     SizeCurve,
     binder_crossings,

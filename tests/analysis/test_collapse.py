@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from sweep.analysis.collapse import OPEN, collapse, quality
+from sweep.analysis.size_collapse import OPEN, collapse, quality
 from tests.analysis.mean_field import collapsing, spins
 from tests.analysis.measured_scaling import (
     COLLAPSING,

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sweep.analysis.resilience import Recovery, recovery, resilience
+from sweep.analysis.failure_response import Recovery, recovery, resilience
 from sweep.design.jobs import Job
 from sweep.errors import ChoiceError
 from sweep.methods.resilience import resilience_rows

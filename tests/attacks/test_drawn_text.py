@@ -21,7 +21,7 @@ from sweep.figures.scales import _document
 from sweep.published.scorecard_markdown import _text
 from sweep.tables.exporting import export
 from sweep.tables.stored_study import StoredStudy
-from sweep.web.document import document
+from sweep.web.page_text import document
 from tests.attacks.hostile import give, give_plan
 from tests.commands import sweep
 from tests.studies import launched

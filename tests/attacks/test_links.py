@@ -10,7 +10,7 @@ import pytest
 from sweep.cli.progress import ProgressBar
 from sweep.errors import StoreError
 from sweep.published.publications import read_all
-from sweep.published.reproduce import Outcome, reproduce
+from sweep.published.reproducing import Outcome, reproduce
 from sweep.store.store import Store
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.executors import Serial

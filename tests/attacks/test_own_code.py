@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 import sweep as package
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.errors import CodeError, SpecError, StoreError
 from sweep.own_code.catalogue import OwnCode, _loaded
 from sweep.own_code.reading import code_of, load_spec
-from sweep.replays.replay import replay
+from sweep.replays.replaying import replay
 from sweep.spec.study import parse_spec
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.executors import Serial

@@ -10,7 +10,7 @@ import pytest
 
 from sweep.errors import OutputError, StoreError
 from sweep.methods.search import export as module
-from sweep.methods.search.export import PASSWORD, check_export
+from sweep.methods.search.exporting import PASSWORD, check_export
 from sweep.store.locations import location
 from tests.commands import sweep
 from tests.searches import TINY

@@ -12,8 +12,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from sweep.errors import StoreError
-from sweep.replays.replay import replay
-from sweep.replays.verify import verify
+from sweep.replays.replaying import replay
+from sweep.replays.verifying import verify
 from sweep.sharing.content import content_hash
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.executors import Serial

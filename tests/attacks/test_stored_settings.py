@@ -19,7 +19,7 @@ import pytest
 from kernels.catalogue import BUILT_IN
 from kernels.models import MODELS
 from sweep.errors import StoreError
-from sweep.replays.replay import replay
+from sweep.replays.replaying import replay
 from sweep.spec.settings import preset_settings
 from sweep.spec.study import parse_spec
 from sweep.store.manifest import MANIFEST, write_manifest
@@ -154,7 +154,7 @@ def no_kernel(monkeypatch: pytest.MonkeyPatch) -> None:
         raise AssertionError("a kernel has met a row that was not checked")
 
     for place in (
-        "sweep.replays.replay.simulate",
+        "sweep.replays.replaying.simulate",
         "sweep.trial.world.obstacles",
         "sweep.trial.simulation.Simulation",
     ):
@@ -456,7 +456,7 @@ def test_ctrl_c_ends_a_replay_whose_kernel_call_never_returns(
         during.append(signal.getsignal(signal.SIGINT))
         raise RuntimeError("endless")
 
-    monkeypatch.setattr("sweep.replays.replay.simulate", endless)
+    monkeypatch.setattr("sweep.replays.replaying.simulate", endless)
     with pytest.raises(RuntimeError, match="endless"):
         replay(*first(folder))
     assert during == [signal.SIG_DFL]

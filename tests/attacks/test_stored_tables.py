@@ -18,7 +18,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs
 from sweep.errors import StoreError, UnreachableError, UnreadableError
@@ -32,7 +32,7 @@ from sweep.store.parquet import opened
 from sweep.store.store import Store
 from sweep.tables.cleaning import find_waste
 from sweep.tables.stored_study import StoredStudy
-from sweep.tables.stored_trials import origins, stored_trials
+from sweep.tables.trial_rows import origins, stored_trials
 from sweep.workers.executors import Serial
 from tests.attacks.hostile import give
 from tests.cases import slow_but

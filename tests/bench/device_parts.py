@@ -51,7 +51,7 @@ FLYING = "nguyen2024", "vicsek1995"
 MEASURED = ("aziel_chen2025", *FLYING)
 TRIED = "nguyen2024"
 """With other blocks, registers and batches."""
-MOST_FLIGHTS, MOST_BYTES, DISTINCT = on_device.AT_ONCE, 2**33, 256
+MOST_FLIGHTS, MOST_BYTES, DISTINCT = on_device.MOST_ON_DEVICE, 2**33, 256
 """Of a batch: flights, as a launch has them; bytes, since this machine has to hold them
 too; and flights that differ. A batch has each of these several times, and no two of one
 start in a warp of 32 threads.

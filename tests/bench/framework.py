@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import psutil
 
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.spec.study import parse_spec
 from sweep.workers import worker
 from sweep.workers.executors import Loky

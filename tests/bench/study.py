@@ -7,7 +7,7 @@ from pathlib import Path
 
 import psutil
 
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.campaigns.warming import warm_study
 from sweep.spec.study import Study, parse_spec
 from sweep.tables.stored_study import StoredStudy

@@ -13,7 +13,7 @@ from websockets.sync.client import connect
 
 from sweep.trial.simulation import Simulation
 from sweep.web.encoding import HEAD
-from sweep.web.live import Live
+from sweep.web.live_show import Live
 from sweep.web.server import PageServer
 from sweep.web.state import ViewState, begin
 from tests.bench.scale import FULL, Scale

@@ -11,7 +11,7 @@ import pytest
 
 from sweep.campaigns.campaign import run_campaign
 from sweep.campaigns.design_plan import plan_tables
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.campaigns.progress import Progress
 from sweep.campaigns.strategy import Look, Origin, PlanTables, Round
 from sweep.cli import search_report
@@ -21,7 +21,7 @@ from sweep.errors import FailedTrialsError
 from sweep.methods.search.asked_trials import read_asked
 from sweep.methods.search.outcome import candidates
 from sweep.methods.search.strategy import search
-from sweep.replays.replay import replay
+from sweep.replays.replaying import replay
 from sweep.spec.study import Study, parse_spec
 from sweep.store.shares import Share
 from sweep.tables.stored_study import StoredStudy

@@ -10,18 +10,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sweep.campaigns.launch import launch
-from sweep.campaigns.measure import measure
+from sweep.campaigns.launching import launch
+from sweep.campaigns.measuring import measure
 from sweep.campaigns.progress import Progress
 from sweep.cli.listing import status_text
 from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs, LastFlock, SomeJobs, stream
 from sweep.errors import ChoiceError, SpecError, StoreError
 from sweep.methods.comparison import Matching, match, side_of
-from sweep.replays.replay import replay
-from sweep.replays.verify import verify
+from sweep.replays.replaying import replay
+from sweep.replays.verifying import verify
 from sweep.sharing.content import content_hash
-from sweep.store.last_flocks import chains, with_beginning
+from sweep.store.link_beginnings import chains, with_beginning
 from sweep.store.locations import ObjectPath, ObjectServer
 from sweep.store.shares import Share
 from sweep.tables.chains import cut_off

@@ -14,7 +14,7 @@ import pytest
 
 from sweep.errors import OutputError
 from sweep.methods.search import export as module
-from sweep.methods.search.export import check_export, export
+from sweep.methods.search.exporting import check_export, export
 from sweep.methods.search.objectives import Constraint, Objective, Statistic
 from tests.made_up_searches import GAIN, MEAN, MadeUp, rows, searched
 

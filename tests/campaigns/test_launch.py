@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.campaigns.progress import Progress
 from sweep.design.design import expand
 from sweep.design.jobs import Job, Jobs

@@ -15,12 +15,12 @@ import pytest
 from kernels.catalogue import BUILT_IN
 from kernels.metrics import METRICS
 from sweep.campaigns import campaign
-from sweep.campaigns.launch import launch
-from sweep.campaigns.measure import MeasuredStudy, measure
+from sweep.campaigns.launching import launch
+from sweep.campaigns.measuring import MeasuredStudy, measure
 from sweep.errors import ChoiceError, CodeError, SpecError, StoreError
 from sweep.methods.adaptive import stopping
 from sweep.methods.search.asked_trials import read_asked
-from sweep.replays.verify import verify
+from sweep.replays.verifying import verify
 from sweep.spec.adding import with_metrics
 from sweep.spec.built_in import EXPERIMENTS
 from sweep.spec.recorded import lacks

@@ -10,7 +10,7 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.campaigns.plan import plan_of
 from sweep.campaigns.progress import Progress
 from sweep.design.design import expand
@@ -26,7 +26,7 @@ from sweep.design.jobs import (
 from sweep.design.recording import recorded_content
 from sweep.design.trial_ids import as_texts
 from sweep.errors import SpecError, StoreError
-from sweep.replays.verify import verify
+from sweep.replays.verifying import verify
 from sweep.sharing.content import content_hash
 from sweep.spec.study import parse_spec
 from sweep.store.last_states import earlier_trials

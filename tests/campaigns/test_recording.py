@@ -9,12 +9,12 @@ import pandas as pd
 import pyarrow as pa
 import pytest
 
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.design.recording import Recording
 from sweep.errors import StoreError
 from sweep.methods.adaptive import stopping
 from sweep.methods.search.asked_trials import read_asked
-from sweep.replays.verify import verify
+from sweep.replays.verifying import verify
 from sweep.store.manifest import table_names
 from sweep.store.parquet import load_table
 from sweep.store.shares import Share

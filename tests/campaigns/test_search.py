@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 import sweep.methods.search.run as run_module
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.campaigns.progress import Progress
 from sweep.cli.listing import status_json
 from sweep.design.jobs import Job
@@ -25,11 +25,11 @@ from sweep.methods.search.outcome import candidates
 from sweep.methods.search.plan import make_search_plan
 from sweep.methods.search.run import RunSetup
 from sweep.methods.search.strategy import search
-from sweep.replays.replay import replay
+from sweep.replays.replaying import replay
 from sweep.spec.study import parse_spec
 from sweep.store.shares import Share
 from sweep.store.store import Store
-from sweep.tables.point_means import point_means
+from sweep.tables.means import point_means
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.result import Result, failed
 from sweep.workers.executors import Loky, Serial

@@ -14,12 +14,12 @@ from pathlib import Path
 
 import pytest
 
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.cli import main
 from sweep.errors import SpecError, StoreError
 from sweep.spec.study import parse_spec
 from sweep.store import lock as lock_module
-from sweep.store.custody import custody
+from sweep.store.held_store import custody
 from sweep.store.lock import Lock
 from sweep.store.processes import started
 from sweep.store.shares import Share
@@ -38,7 +38,7 @@ import sys
 sys.path[:0] = [{root!r}]
 from pathlib import Path
 from sweep.workers.executors import Serial
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.store.shares import Share
 from sweep.store.writer import Writer
 from tests.studies import read

@@ -14,7 +14,7 @@ from ruamel.yaml import YAML
 import sweep.workers.flying as flying_module
 from sweep.analysis import by_point, mean_interval
 from sweep.analysis.sequential import Width, looks, nominal_confidence
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.campaigns.progress import Progress
 from sweep.cli.listing import status_text
 from sweep.cli.progress import ProgressBar
@@ -28,8 +28,8 @@ from sweep.methods.adaptive.rule import Until, from_json, look
 from sweep.methods.sensitivity import morris
 from sweep.spec.schema import json_schema
 from sweep.spec.study import parse_spec
+from sweep.tables.means import point_means
 from sweep.tables.means_text import means_report
-from sweep.tables.point_means import point_means
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.result import Result, failed
 from sweep.trial.simulation import run

@@ -16,7 +16,7 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.errors import WorkersError
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.chunks import Chunks

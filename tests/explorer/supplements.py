@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from sweep.explorer.publication import PaperTexts
+from sweep.explorer.publishing import PaperTexts
 from sweep.explorer.supplement import SupplementChoice, planned
 from sweep.tables.stored_study import StoredStudy
 from sweep.web.flight import silent

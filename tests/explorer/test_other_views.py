@@ -17,7 +17,7 @@ from sweep.explorer.compared import comparison
 from sweep.explorer.site import address, site_of
 from sweep.explorer.watching import Watched
 from sweep.published.publications import read_all
-from sweep.published.reproduce import reproduce
+from sweep.published.reproducing import reproduce
 from sweep.spec.study_folder import SCORECARD
 from sweep.workers.executors import Serial
 from tests import plotted

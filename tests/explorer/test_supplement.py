@@ -13,7 +13,7 @@ import pytest
 
 import sweep.explorer.supplement as supplement
 from sweep.errors import ChoiceError, StoreError, UserError
-from sweep.explorer.publication import PaperTexts, publication, read_cff
+from sweep.explorer.publishing import PaperTexts, publication, read_cff
 from sweep.explorer.supplement import SupplementChoice, planned
 from sweep.explorer.supplement_figure import form_of
 from sweep.explorer.supplement_room import MOST_BYTES, RunLength, most_frames

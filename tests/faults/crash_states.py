@@ -23,8 +23,8 @@ import pandas as pd
 import pyarrow as pa
 import pytest
 
-from sweep.campaigns.launch import launch
-from sweep.campaigns.measure import measure
+from sweep.campaigns.launching import launch
+from sweep.campaigns.measuring import measure
 from sweep.errors import ChoiceError
 from sweep.store import lock, merging
 from sweep.store.parquet import load_table

@@ -11,8 +11,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from sweep.spec.study_folder import ASKED
-from sweep.store.custody import custody
 from sweep.store.durable import flush_to_disk
+from sweep.store.held_store import custody
 from sweep.store.store import Store
 from tests.cases import slow_but
 from tests.faults.crash_disk import Disk, Recorder, Step, held, now, put

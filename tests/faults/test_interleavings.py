@@ -23,7 +23,7 @@ import pytest
 
 from sweep.store import folders, merging, parquet
 from sweep.store import store as store_module
-from sweep.store.custody import set_aside_damaged
+from sweep.store.held_store import set_aside_damaged
 from sweep.store.locations import Location, ObjectPath, ObjectServer
 from sweep.store.merging import Gathered
 from sweep.store.store import Store

@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.campaigns.progress import Progress
 from sweep.store.writer import Writer
 from sweep.tables.stored_study import StoredStudy

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 import sweep.workers.flying as flying_module
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.spec.study import parse_spec
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.chunks import Chunks

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from matplotlib.figure import Figure
 
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.cli.reporting import print_report
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs
@@ -16,8 +16,8 @@ from sweep.figures.scatter import scatter_figure
 from sweep.figures.selection import select
 from sweep.store.shares import Share
 from sweep.tables.joined import JoinedStudies
+from sweep.tables.means import point_means
 from sweep.tables.means_text import means_report
-from sweep.tables.point_means import point_means
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.executors import Serial
 from tests.plotted import DRAWN, GRID, shown

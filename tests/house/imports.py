@@ -1,5 +1,6 @@
 """Who imports whom."""
 
+import ast
 from collections.abc import Iterator
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
@@ -109,6 +110,10 @@ def arrows(checkout: Checkout, module: Module) -> dict[str, int]:
     return found
 
 
+def is_package(file: str) -> bool:
+    return file.endswith("/__init__.py")
+
+
 def package(module: str) -> str:
     """The package of a module, or the module on the ground."""
     first, *rest = module.split(".")
@@ -165,6 +170,40 @@ def no_files_import_each_other_in_a_circle(checkout: Checkout) -> Iterator[Findi
         yield first.finding(line, f"a circle: {' -> '.join(circle)}")
 
 
+def others_import_from_the_face_of_a_package(checkout: Checkout) -> Iterator[Finding]:
+    """The face is `__init__`, whose stub lists what others take. What is behind it may
+    move.
+    """
+    packages = {name for name, file in files_of(checkout).items() if is_package(file)}
+    for module in checkout.part("sweep/"):
+        own = dotted(module.name)
+        for node in module.nodes:
+            if not isinstance(node, ast.ImportFrom) or node.module in packages:
+                continue
+            face = (node.module or "").rpartition(".")[0]
+            is_ours = face in packages and face.startswith("sweep.")
+            if is_ours and not within(own, {face}):
+                what = f"imports from {node.module}, and not from {face}"
+                yield module.finding(node, what)
+
+
+def a_name_of_a_face_is_no_module(checkout: Checkout) -> Iterator[Finding]:
+    """Once a module is imported, it is an attribute of its package, and would be what
+    others get by its name.
+    """
+    files = files_of(checkout)
+    for stub in checkout.files("sweep/**/__init__.pyi"):
+        document = checkout.document(stub)
+        package = dotted(stub.removesuffix("i"))
+        for node in ast.parse(document.text).body:
+            if not isinstance(node, ast.ImportFrom) or node.module is None:
+                continue
+            for alias in node.names:
+                if f"{package}.{alias.name}" in files:
+                    what = f"{alias.name} of {node.module} is a module of {package} too"
+                    yield Finding(stub, node.lineno, what)
+
+
 def the_machine_knows_no_experiment(checkout: Checkout) -> Iterator[Finding]:
     for module in checkout.part("sweep"):
         for line, imported in module.imports:
@@ -186,6 +225,8 @@ RULES = (
     packages_import_what_the_table_says,
     arrows_of_the_table_point_up,
     no_files_import_each_other_in_a_circle,
+    others_import_from_the_face_of_a_package,
+    a_name_of_a_face_is_no_module,
     the_machine_knows_no_experiment,
     kernels_are_met_in_one_place,
 )

@@ -28,12 +28,12 @@ WORDS = {
         "sweep/figures/kinds.py",  # a kind of figure
         "sweep/figures/coverage.py",  # and the figure itself, in an error
         "sweep/web/protocol.py",  # an overlay of the page
-        "sweep/web/live.py",
+        "sweep/web/live_show.py",
         "sweep/web/session.py",
         "sweep/web/demo.py",
     },
     "speed": {  # the steps a second of a run
-        "sweep/web/live.py",
+        "sweep/web/live_show.py",
         "sweep/web/messages.py",
         "sweep/web/demo.py",
     },
@@ -132,7 +132,6 @@ WORDS_OF_ENTRIES = {
         "sweep/spec/recorded.py",
         "sweep/tables/means_text.py",
     },
-    "curves": {"sweep/analysis/offered.py"},  # a name that it hands on
     "collapse": {"sweep/methods/scaling/report.py"},  # a key of its JSON
     "front": {
         "sweep/methods/search/report.py",  # a part of the report
@@ -143,7 +142,7 @@ WORDS_OF_ENTRIES = {
     "hypervolume": {"sweep/methods/search/repetitions.py"},  # a quantity
     "phase": {  # of a search: who is judged
         "sweep/methods/search/asked_trials.py",
-        "sweep/methods/search/export.py",
+        "sweep/methods/search/exporting.py",
         "sweep/methods/search/findings.py",
         "sweep/methods/search/outcome.py",
         "sweep/methods/search/points_behind.py",

@@ -78,7 +78,7 @@ def sections():
     from sweep.errors import SpecError
     from sweep.spec.contents import ListOf, Whole
     from sweep.spec.keys import Key, LaterSectionOf, read_section
-    from sweep.spec.sections import SpecSection, StudyVariant
+    from sweep.spec.section import SpecSection, StudyVariant
     from sweep.spec.strict_yaml import parse_document
 
     @dataclass(frozen=True)
@@ -147,7 +147,7 @@ from sweep.design.jobs import Jobs
 from sweep.method import Method
 from sweep.spec.contents import Whole
 from sweep.spec.keys import Key, LaterSectionOf, read_section
-from sweep.spec.sections import SpecSection, recorded_rule
+from sweep.spec.section import SpecSection, recorded_rule
 
 
 @dataclass(frozen=True)

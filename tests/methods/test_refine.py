@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from sweep.campaigns.launch import check_launches, launch
+from sweep.campaigns.launching import check_launches, launch
 from sweep.campaigns.plan import plan_of
 from sweep.campaigns.progress import Progress
 from sweep.design.design import expand

@@ -11,7 +11,7 @@ from ruamel.yaml import YAML
 
 from kernels.catalogue import BUILT_IN
 from kernels.settings import Demand
-from sweep.campaigns.launch import check_launches
+from sweep.campaigns.launching import check_launches
 from sweep.errors import SpecError
 from sweep.methods.robustness.variants import named_variants, unjudged
 from sweep.own_code.reading import with_variants

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.design.jobs import Job
 from sweep.errors import ChoiceError, StoreError
 from sweep.loaded import LoadedStudy

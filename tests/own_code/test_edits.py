@@ -13,7 +13,7 @@ import sweep
 from kernels.metrics import METRICS
 from kernels.models import MODELS
 from kernels.worlds import MAPS
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.design.code import study_code
 from sweep.errors import SpecError
 from sweep.own_code.catalogue import _loaded

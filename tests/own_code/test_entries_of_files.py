@@ -6,14 +6,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.design.design import expand
 from sweep.errors import CodeError, SpecError
 from sweep.figures.own_kinds import with_files
 from sweep.methods.comparison import compare_sides, read_side
 from sweep.own_code.reading import load_spec
+from sweep.tables.means import point_means
 from sweep.tables.means_text import caption, point_rows
-from sweep.tables.point_means import point_means
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.executors import Serial
 from tests.commands import sweep

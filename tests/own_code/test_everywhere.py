@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs
 from sweep.store.shares import Share

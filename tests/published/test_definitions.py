@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.published.definitions import DEFINITIONS, as_defined
 from sweep.spec.study import parse_spec
 from sweep.tables.stored_study import StoredStudy

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from sweep.analysis import by_point
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.spec.study import parse_spec
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.simulation import run

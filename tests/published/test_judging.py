@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.campaigns.progress import Progress
 from sweep.published.claims import Kind
 from sweep.published.judging import Row, judged, stored_studies

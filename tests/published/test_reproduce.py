@@ -13,7 +13,7 @@ from PIL import Image
 from sweep.cli.progress import ProgressBar
 from sweep.errors import OutputError, SpecError
 from sweep.published.publications import read_all
-from sweep.published.reproduce import Outcome, reproduce
+from sweep.published.reproducing import Outcome, reproduce
 from sweep.workers.executors import Serial
 from tests.commands import sweep
 from tests.publications import FIGURES, PUBLISHED, SPEC, experiments

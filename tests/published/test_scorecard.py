@@ -20,7 +20,7 @@ from sweep.published.claims import Claim
 from sweep.published.estimates import Measured
 from sweep.published.judging import Row
 from sweep.published.publications import read_all
-from sweep.published.reproduce import reproduce
+from sweep.published.reproducing import reproduce
 from sweep.published.scorecard import (
     noticeable_text,
     ours_text,

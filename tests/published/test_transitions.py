@@ -13,7 +13,7 @@ from sweep.published.foresight import outlooks
 from sweep.published.judging import judged, stored_studies
 from sweep.published.measures import Transition
 from sweep.published.publications import read_all
-from sweep.published.reproduce import reproduce
+from sweep.published.reproducing import reproduce
 from sweep.published.scorecard import ours_text, published_text
 from sweep.published.verdicts import OfOrder, Status, judge_order
 from sweep.workers.executors import Serial

@@ -15,7 +15,7 @@ from sweep.errors import SpecError, StoreError
 from sweep.published.clocks import converted
 from sweep.published.details import details, moved
 from sweep.published.publications import read_all
-from sweep.published.reproduce import reproduce
+from sweep.published.reproducing import reproduce
 from sweep.published.trying import chosen_variants, most_trials, try_all
 from sweep.published.turned import (
     DocumentVariants,

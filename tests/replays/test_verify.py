@@ -10,16 +10,16 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-import sweep.replays.verify as verify_module
+import sweep.replays.verifying as verify_module
 from sweep.design import design
 from sweep.errors import StoreError
 from sweep.replays.bits import differences, error_kind, ulps
-from sweep.replays.replay import replay
-from sweep.replays.verify import Verification, upper_bound, verify
+from sweep.replays.replaying import replay
+from sweep.replays.verifying import Verification, upper_bound, verify
 from sweep.store.new_files import create
 from sweep.store.parquet import table_writer
 from sweep.tables.stored_study import StoredStudy
-from sweep.tables.stored_trials import stored_trials
+from sweep.tables.trial_rows import stored_trials
 from sweep.trial.simulation import run
 from sweep.workers.executors import Loky, Serial
 from tests import builders, devices, oscillators

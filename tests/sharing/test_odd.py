@@ -13,7 +13,7 @@ from sweep.errors import ChoiceError
 from sweep.own_code.reading import load_spec
 from sweep.published.creating import create
 from sweep.published.model_studies import begin_with_model
-from sweep.sharing.odd import StudyFacts, odd, of_spec, of_stored
+from sweep.sharing.odd_document import StudyFacts, odd, of_spec, of_stored
 from sweep.spec.settings import settings_of
 from sweep.spec.study import parse_spec
 from sweep.tables.stored_study import StoredStudy

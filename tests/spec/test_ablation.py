@@ -17,8 +17,8 @@ from sweep.methods.comparison import side_of
 from sweep.spec.ablation import WORLD, label
 from sweep.spec.settings import Value, preset_settings, settings_of
 from sweep.spec.study import Study, parse_spec
+from sweep.tables.means import point_means
 from sweep.tables.means_text import means_report
-from sweep.tables.point_means import point_means
 from tests.specs import SHORT, short, short_study
 from tests.studies import SMALL, launched
 

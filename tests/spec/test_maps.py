@@ -18,12 +18,12 @@ from PIL import Image
 from kernels.models import MODELS
 from kernels.shapes import Polygon
 from kernels.worlds import MAPS, build_reach, inside_any
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs, point_id
 from sweep.errors import SpecError, StoreError
 from sweep.own_code.reading import load_spec
-from sweep.replays.replay import replay
+from sweep.replays.replaying import replay
 from sweep.spec import copied_maps, images, maps
 from sweep.spec.images import obstacles_of, rectangles
 from sweep.spec.maps import OwnMap, from_json

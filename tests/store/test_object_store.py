@@ -17,13 +17,13 @@ from typing import Any
 import pyarrow as pa
 import pytest
 
-from sweep.campaigns.measure import measure
+from sweep.campaigns.measuring import measure
 from sweep.errors import StoreError, UnreachableError
 from sweep.methods.search.asked_trials import read_asked
 from sweep.store import buckets, locations
 from sweep.store import lock as lock_module
 from sweep.store import store as store_module
-from sweep.store.custody import custody, set_aside_damaged
+from sweep.store.held_store import custody, set_aside_damaged
 from sweep.store.locations import ObjectPath, ObjectServer, location
 from sweep.store.lock import Lock
 from sweep.store.manifest import MANIFEST
@@ -596,7 +596,7 @@ def test_ctrl_c_ends_the_waiting(server: ObjectStore, line: Line) -> None:
 
 
 def test_shares_add_up_in_an_object_store(results: ObjectPath, tmp_path: Path) -> None:
-    from sweep.campaigns.launch import launch
+    from sweep.campaigns.launching import launch
     from sweep.spec.study import parse_spec
     from sweep.workers.executors import Serial
 

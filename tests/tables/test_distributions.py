@@ -14,8 +14,8 @@ from sweep.cli.reporting import print_report
 from sweep.figures.selection import select
 from sweep.methods.adaptive import stopping
 from sweep.methods.comparison import compare_sides, comparison_report, read_side
+from sweep.tables.means import point_means
 from sweep.tables.means_text import means_report
-from sweep.tables.point_means import point_means
 from sweep.tables.stored_study import StoredStudy
 from tests.studies import SMALL, launched
 

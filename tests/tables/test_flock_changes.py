@@ -8,7 +8,7 @@ import pytest
 
 from sweep.errors import ChoiceError, OutputError
 from sweep.tables.flock_changes import write_flock_changes
-from sweep.trial.followed import followed
+from sweep.trial.following import followed
 from tests.commands import sweep
 from tests.naive.metrics import flocks
 from tests.studies import SMALL, launched

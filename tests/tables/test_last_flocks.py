@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from examples import swarmalators
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.errors import ChoiceError, OutputError
 from sweep.tables.last_flocks import write_last_flocks
 from sweep.tables.stored_study import StoredStudy

@@ -11,8 +11,8 @@ from sweep.analysis import by_point, mean_interval, pooled
 from sweep.errors import ChoiceError
 from sweep.figures import metric_curves
 from sweep.loaded import LoadedStudy
-from sweep.tables.json_rows import rows_as_json
-from sweep.tables.point_means import point_means
+from sweep.tables.json_text import rows_as_json
+from sweep.tables.means import point_means
 from tests.commands import sweep
 from tests.plotted import study
 

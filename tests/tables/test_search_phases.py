@@ -9,8 +9,8 @@ from sweep.errors import ChoiceError, StoreError
 from sweep.figures import heatmap_figure, pareto_figure, scatter_figure
 from sweep.methods.comparison import compare_sides, read_side
 from sweep.tables.kept_apart import keep_apart
+from sweep.tables.means import point_means
 from sweep.tables.means_text import means_report
-from sweep.tables.point_means import point_means
 from sweep.tables.stored_study import StoredStudy
 from tests.commands import sweep
 from tests.plotted import legend_texts, shown, study, titles

@@ -17,8 +17,8 @@ from sweep.figures import metric_curves, scatter_figure
 from sweep.figures.directions import direction
 from sweep.methods.adaptive import stopping
 from sweep.methods.search.asked_trials import AskedTrials
-from sweep.replays.replay import replay
-from sweep.replays.verify import verify
+from sweep.replays.replaying import replay
+from sweep.replays.verifying import verify
 from sweep.spec.derived_metrics import read_derived
 from sweep.spec.document import Document, Entry
 from sweep.spec.settings import settings_of

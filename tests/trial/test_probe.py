@@ -11,7 +11,7 @@ import sweep
 from kernels import caching
 from kernels.metrics import METRICS
 from kernels.models import MODELS
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.campaigns.plan import plan_of
 from sweep.design.code import is_built_in
 from sweep.design.cost import trial_seconds

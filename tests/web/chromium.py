@@ -14,7 +14,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 from uvicorn.protocols.websockets import websockets_sansio_impl
 
-from sweep.web.live import Live
+from sweep.web.live_show import Live
 from sweep.web.server import PageServer
 from sweep.web.show import Show
 from sweep.web.state import begin

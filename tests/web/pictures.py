@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from sweep.replays.animation import write_animation
-from sweep.web.live import Live
+from sweep.web.live_show import Live
 from tests.web.chromium import Opened, running_browser, running_server
 
 STEPS, EVERY = 240, 3

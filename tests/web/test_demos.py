@@ -19,7 +19,7 @@ from sweep.trial.simulation import Simulation
 from sweep.web.demo import DEMOS, FOLDER, moving
 from sweep.web.encoding import frame
 from sweep.web.flight import KeptFlight, fly
-from sweep.web.live import Live
+from sweep.web.live_show import Live
 from sweep.web.server import PageServer
 from tests.web.chromium import PATIENCE, Opened
 from tests.web.test_axe import found

@@ -12,7 +12,7 @@ from sweep.spec.study import parse_spec
 from sweep.tables.stored_study import StoredStudy
 from sweep.web.flight import fly
 from sweep.web.history import Cursor
-from sweep.web.live import Live
+from sweep.web.live_show import Live
 from sweep.web.replaying import Replay
 from sweep.web.state import from_study
 from tests.studies import DERIVING, launched

@@ -14,7 +14,7 @@ from playwright.sync_api import Browser, Page, Route, expect
 from sweep.cli.progress import ProgressBar
 from sweep.explorer.site import explorer
 from sweep.published.publications import read_all
-from sweep.published.reproduce import reproduce
+from sweep.published.reproducing import reproduce
 from sweep.web.page import STATIC
 from sweep.web.server import PageServer
 from sweep.workers.executors import Serial

@@ -18,7 +18,7 @@ import sweep.web.filing as filing
 from sweep.errors import OutputError
 from sweep.trial import looking
 from sweep.web.filing import Make, StoppedError, Tell, untold
-from sweep.web.live import Live
+from sweep.web.live_show import Live
 from sweep.web.messages import Origin
 from sweep.web.protocol import Reply
 from sweep.web.state import begin

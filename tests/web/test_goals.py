@@ -8,7 +8,7 @@ import pytest
 
 from sweep.errors import SpecError
 from sweep.web import messages
-from sweep.web.live import Live
+from sweep.web.live_show import Live
 from sweep.web.scene import scene_of
 from sweep.web.state import begin
 from tests import ROOT, builders

@@ -10,7 +10,7 @@ import pytest
 
 from sweep.errors import ChoiceError
 from sweep.own_code.reading import load_spec
-from sweep.web.live import Live
+from sweep.web.live_show import Live
 from sweep.web.messages import Hello
 from sweep.web.replaying import Replay
 from sweep.web.server import PageServer

@@ -16,7 +16,7 @@ from sweep.errors import SpecError
 from sweep.own_code.reading import load_spec, study_with
 from sweep.spec.study import Study, parse_spec
 from sweep.web import messages
-from sweep.web.live import Live
+from sweep.web.live_show import Live
 from sweep.web.opened import OpenedSpec, opened, opened_again
 from sweep.web.state import Range, ViewState, from_opened, from_study
 from tests import ROOT

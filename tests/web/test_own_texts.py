@@ -11,7 +11,7 @@ from playwright.sync_api import Browser
 
 from sweep.own_code.reading import load_spec
 from sweep.web.filing import untold
-from sweep.web.live import Live
+from sweep.web.live_show import Live
 from sweep.web.state import from_study
 from tests import ROOT
 from tests.oscillators import SPEC

@@ -21,7 +21,7 @@ from sweep.errors import SpecError
 from sweep.spec.settings import in_a_line, places_of, preset_settings, settings_of
 from sweep.spec.study import parse_spec
 from sweep.trial.simulation import simulate
-from sweep.web.live import Live
+from sweep.web.live_show import Live
 from sweep.web.page import script
 from sweep.web.protocol import Reply
 from sweep.web.replaying import Replay

@@ -10,7 +10,7 @@ from collections.abc import Callable
 import pytest
 
 from kernels.metrics import METRICS
-from sweep.web.live import Live
+from sweep.web.live_show import Live
 from tests.web.chromium import Opened
 
 Open = Callable[..., Opened]

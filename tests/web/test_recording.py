@@ -22,7 +22,7 @@ from sweep.errors import ChoiceError
 from sweep.sharing.stranger import NO_LICENCE
 from sweep.web.export import File
 from sweep.web.flight import KeptFlight, fly
-from sweep.web.live import Live
+from sweep.web.live_show import Live
 from sweep.web.replaying import AS_STORED
 from sweep.web.state import ViewState
 from tests.patience import PATIENCE

@@ -15,7 +15,7 @@ from playwright.sync_api import Browser, Page, expect
 from sweep.explorer.site import explorer, site_of
 from sweep.explorer.watching import Watched
 from sweep.web.launching import Launcher
-from sweep.web.live import Live
+from sweep.web.live_show import Live
 from sweep.web.server import PageServer
 from sweep.web.state import begin
 from tests import plotted

@@ -15,10 +15,10 @@ import sweep.web.track as track
 from sweep.cli.reporting import print_report
 from sweep.errors import ChoiceError, SpecError, StoreError
 from sweep.spec.study import RecordSpec
+from sweep.tables.means import point_means
 from sweep.tables.means_text import means_report, point_rows
-from sweep.tables.point_means import point_means
 from sweep.tables.stored_study import StoredStudy
-from sweep.tables.stored_trials import StoredTrial
+from sweep.tables.trial_rows import StoredTrial
 from sweep.trial import looking
 from sweep.trial.simulation import Simulation, simulate
 from sweep.web import messages

@@ -11,7 +11,7 @@ from playwright.sync_api import Page, expect
 
 from sweep.trial.robots import failing_of
 from sweep.web.flight import fly
-from sweep.web.live import Live
+from sweep.web.live_show import Live
 from sweep.web.recording import recording_of
 from sweep.web.scene import scene_of
 from sweep.web.state import ViewState, begin

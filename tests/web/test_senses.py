@@ -18,7 +18,7 @@ from sweep.trial import looking
 from sweep.trial.simulation import Simulation
 from sweep.web.encoding import ALONE, HEAD
 from sweep.web.flight import fly
-from sweep.web.live import Live
+from sweep.web.live_show import Live
 from sweep.web.page import STATIC
 from sweep.web.recording import recorded_run
 from sweep.web.running import simulation_of

@@ -28,7 +28,7 @@ from sweep.errors import SpecError
 from sweep.trial.state import Taken
 from sweep.web import compiling, playing, rooms
 from sweep.web.encoding import HEAD
-from sweep.web.live import Live
+from sweep.web.live_show import Live
 from sweep.web.outbox import MOST_WAITING, Outbox
 from sweep.web.playing import Player
 from sweep.web.protocol import Reply

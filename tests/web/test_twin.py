@@ -11,7 +11,7 @@ import pytest
 from sweep.errors import SpecError
 from sweep.web import messages
 from sweep.web.history import Cursor
-from sweep.web.live import Live
+from sweep.web.live_show import Live
 from sweep.web.messages import Message
 from sweep.web.replaying import Replay
 from sweep.web.state import begin

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sweep.web.live import Live
+from sweep.web.live_show import Live
 from sweep.web.replaying import Replay
 from sweep.web.server import PageServer
 from sweep.web.twin import Twin

@@ -21,7 +21,7 @@ from sweep.web import messages
 from sweep.web.filing import untold
 from sweep.web.flight import fly
 from sweep.web.history import Cursor
-from sweep.web.live import Live
+from sweep.web.live_show import Live
 from sweep.web.messages import MESSAGES
 from sweep.web.page import STATIC
 from sweep.web.protocol import OVERLAYS, Reply

@@ -21,7 +21,7 @@ import sweep
 from sweep.errors import ChoiceError, OutputError, SpecError
 from sweep.tables.stored_study import StoredStudy
 from sweep.trial.simulation import simulate
-from sweep.web.live import Live
+from sweep.web.live_show import Live
 from sweep.web.widget import View
 from tests.patience import PATIENCE
 from tests.studies import SMALL, launched

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 import pytest
 
 import sweep.campaigns.campaign as campaign_module
-from sweep.campaigns.launch import launch
+from sweep.campaigns.launching import launch
 from sweep.spec.study import parse_spec
 from sweep.store.shares import Share
 from sweep.store.writer import Writer

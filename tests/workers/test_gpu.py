@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sweep.campaigns.launch import check_flights, launch
+from sweep.campaigns.launching import check_flights, launch
 from sweep.design.cost import trial_bytes
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs
@@ -22,7 +22,7 @@ from sweep.errors import ChoiceError, WorkersError
 from sweep.store.origin import device_said, machine_said, part_provenance
 from sweep.store.parquet import stored_schema
 from sweep.tables.stored_study import StoredStudy
-from sweep.tables.stored_trials import by_origin
+from sweep.tables.trial_rows import by_origin
 from sweep.trial import on_device
 from sweep.trial.on_device import DeviceTrials
 from sweep.workers import gpu

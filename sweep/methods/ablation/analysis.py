@@ -9,9 +9,8 @@ import numpy as np
 import pandas as pd
 
 from sweep.analysis import paired_contrast, simultaneous_confidence
-from sweep.spec.ablation import ALL, BUT
-from sweep.spec.recorded import Over, column_over
-from sweep.tables.stored_study import StoredStudy
+from sweep.spec import ALL, BUT, Over, column_over
+from sweep.tables import StoredStudy
 
 PAIRED = ("seed", "replicate")
 NOTHING = "nothing"

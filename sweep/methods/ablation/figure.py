@@ -12,7 +12,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sweep.errors import ChoiceError
-from sweep.figures.drawing import (
+from sweep.figures import (
+    COLOURS,
+    MARKERS,
+    STYLE,
+    Choices,
+    FigureKind,
+    Planned,
     draw_values,
     legend,
     name_rows,
@@ -21,12 +27,9 @@ from sweep.figures.drawing import (
     span,
     words,
 )
-from sweep.figures.planning import Choices, FigureKind, Planned
-from sweep.figures.style import COLOURS, MARKERS, STYLE
 from sweep.methods.ablation.analysis import NOTHING, OTHERS, paired_effects
-from sweep.spec.ablation import ALL
-from sweep.spec.recorded import Over, column_over
-from sweep.tables.stored_study import StoredStudy
+from sweep.spec import ALL, Over, column_over
+from sweep.tables import StoredStudy
 
 SMALLEST_LOGARITHMIC = 8.0
 LETTERS = 40

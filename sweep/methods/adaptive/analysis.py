@@ -10,7 +10,7 @@ from sweep.analysis import undefined_shares
 from sweep.errors import ChoiceError
 from sweep.methods.adaptive.rule import SeenMetric, Until, from_json, look
 from sweep.methods.adaptive.section import KEY as SECTION_KEY
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables import StoredStudy
 
 KEY = SECTION_KEY.name
 NOT_YET = "not yet"

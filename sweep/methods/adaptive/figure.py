@@ -14,20 +14,29 @@ from matplotlib.ticker import NullLocator
 
 from sweep.analysis import by_point
 from sweep.errors import ChoiceError
-from sweep.figures.drawing import legend_of, note, quantity, words
-from sweep.figures.marks import (
+from sweep.figures import (
+    COLOURS,
+    GREY,
+    STYLE,
+    Choices,
+    FigureKind,
     FigureMarks,
     MarkedAxis,
     MarkedLine,
     MarkedPanel,
+    Planned,
+    Selection,
     colours_of,
+    legend_of,
     legend_of_marks,
+    note,
+    quantity,
+    recorded,
+    select,
+    words,
 )
-from sweep.figures.planning import Choices, FigureKind, Planned
-from sweep.figures.selection import Selection, recorded, select
-from sweep.figures.style import COLOURS, GREY, STYLE
-from sweep.spec.recorded import Column, Over, column_over
-from sweep.tables.stored_study import StoredStudy
+from sweep.spec import Column, Over, column_over
+from sweep.tables import StoredStudy
 from sweep.text import so_many
 
 FEWEST = 6

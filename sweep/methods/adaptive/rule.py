@@ -13,12 +13,12 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from sweep.analysis.intervals import group_bounds
-from sweep.analysis.mean_bounds import Declared
-from sweep.analysis.sequential import (
+from sweep.analysis import (
     Counts,
+    Declared,
     Floats,
     Width,
+    group_bounds,
     looks,
     nominal_confidence,
 )

@@ -8,20 +8,36 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-from sweep.analysis.sequential import LEAST_LOOK, MOST_METRICS, Width
+from sweep.analysis import LEAST_LOOK, MOST_METRICS, Width
 from sweep.errors import SpecError
 from sweep.methods.adaptive.rule import Until, from_json
-from sweep.spec.contents import SHARE, Content, Number, Text, Whole, share
-from sweep.spec.continued_checks import continued_axis
-from sweep.spec.document import Document, Entry
-from sweep.spec.keys import Key, LaterSectionOf, SectionOf, read_section
-from sweep.spec.limits import MOST_BEFORE, MOST_TRIALS
-from sweep.spec.mistakes import Mistakes
-from sweep.spec.recorded import ANY_METRIC, check_recorded
-from sweep.spec.schema_parts import Schema, named
-from sweep.spec.sections import SpecContext, SpecSection, recorded_rule
-from sweep.spec.study import Study
-from sweep.store.locations import Location
+from sweep.spec import (
+    ANY_METRIC,
+    MOST_BEFORE,
+    MOST_TRIALS,
+    SHARE,
+    Content,
+    Document,
+    Entry,
+    Key,
+    LaterSectionOf,
+    Mistakes,
+    Number,
+    Schema,
+    SectionOf,
+    SpecContext,
+    SpecSection,
+    Study,
+    Text,
+    Whole,
+    check_recorded,
+    continued_axis,
+    named,
+    read_section,
+    recorded_rule,
+    share,
+)
+from sweep.store import Location
 
 FIRST_LOOK = 10
 LOOK = Whole(LEAST_LOOK, MOST_TRIALS)

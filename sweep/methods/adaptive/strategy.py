@@ -10,14 +10,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.campaigns.design_plan import plan_tables
-from sweep.campaigns.progress import Progress
-from sweep.campaigns.strategy import Look, Round, beyond, filled
-from sweep.design.design import expand
-from sweep.design.jobs import Jobs
+from sweep.campaigns import Look, Progress, Round, beyond, filled, plan_tables
+from sweep.design import Jobs, expand
 from sweep.methods.adaptive import rule as rules
 from sweep.methods.adaptive.rule import Until
-from sweep.spec.study import Study
+from sweep.spec import Study
 
 
 class AdaptiveStrategy:

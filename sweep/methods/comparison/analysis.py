@@ -33,9 +33,9 @@ from sweep.analysis import (
 from sweep.errors import ChoiceError
 from sweep.methods.comparison.matching import Matching, match
 from sweep.methods.comparison.sides import Side
-from sweep.spec.recorded import Column
-from sweep.store.origin import stamps
-from sweep.tables.choosing import as_names
+from sweep.spec import Column
+from sweep.store import stamps
+from sweep.tables import as_names
 
 Together = Literal["holm", "bonferroni", "max_t"]
 Floats = NDArray[np.float64]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sweep.analysis import replicates
 from sweep.errors import ChoiceError
 from sweep.methods.comparison.sides import Side
-from sweep.store.origin import same_code
+from sweep.store import same_code
 
 DIGITS = 9
 """Numbers that agree in so many digits are equal, so that 0.3 matches 3 * 0.1."""

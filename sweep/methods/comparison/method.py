@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from sweep.method import Method
-from sweep.methods.options import (
+from sweep.methods import (
     Confidence,
     Correction,
     Margin,
@@ -16,8 +16,8 @@ from sweep.methods.options import (
 )
 
 if TYPE_CHECKING:
-    from sweep.store.locations import Location
-    from sweep.tables.reports import Report
+    from sweep.store import Location
+    from sweep.tables import Report
 
 
 def compare(

@@ -18,7 +18,7 @@ from sweep.methods.comparison.words import (
     titles,
     together,
 )
-from sweep.tables.reports import MAX_ROWS, Report, TextTable
+from sweep.tables import MAX_ROWS, Report, TextTable
 
 
 def comparison_report(comparison: Comparison) -> Report:

@@ -8,11 +8,9 @@ from dataclasses import dataclass
 import pandas as pd
 
 from sweep.errors import ChoiceError, StoreError
-from sweep.spec.ablation import label
-from sweep.store.locations import Location
-from sweep.tables.choosing import Choice
-from sweep.tables.kept_apart import keep_apart
-from sweep.tables.stored_study import StoredStudy
+from sweep.spec import label
+from sweep.store import Location
+from sweep.tables import Choice, StoredStudy, keep_apart
 from sweep.text import unknown
 
 

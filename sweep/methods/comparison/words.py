@@ -10,7 +10,7 @@ from typing import Any
 
 import pandas as pd
 
-from sweep.analysis.notation import (
+from sweep.analysis import (
     is_centred,
     number,
     percent,
@@ -19,8 +19,7 @@ from sweep.analysis.notation import (
 )
 from sweep.methods.comparison.analysis import Comparison
 from sweep.methods.comparison.matching import telling
-from sweep.tables.means_text import brief
-from sweep.tables.overview import few_skewed
+from sweep.tables import brief, few_skewed
 from sweep.text import so_many
 
 MOST_VALUES = 4

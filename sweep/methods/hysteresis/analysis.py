@@ -11,12 +11,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from sweep.analysis.hysteresis import Loop, loop
+from sweep.analysis import Loop, loop
 from sweep.errors import ChoiceError
-from sweep.spec.continuing import DIRECTION, DOWN, UP
-from sweep.spec.recorded import Column, Over, is_half
-from sweep.tables.choosing import as_names
-from sweep.tables.stored_study import StoredStudy
+from sweep.spec import DIRECTION, DOWN, UP, Column, Over, is_half
+from sweep.tables import StoredStudy, as_names
 
 Floats = NDArray[np.float64]
 LEAST = 2

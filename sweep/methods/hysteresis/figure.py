@@ -11,16 +11,27 @@ from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sweep.analysis import mean_interval
-from sweep.analysis.notation import with_interval
+from sweep.analysis import mean_interval, with_interval
 from sweep.errors import ChoiceError
-from sweep.figures.drawing import legend, named, note, quantity, title_panel
-from sweep.figures.planning import Choices, FigureKind, Planned
-from sweep.figures.selection import MOST_PANELS, select
-from sweep.figures.style import BLUE, GREY, STYLE, VERMILION
+from sweep.figures import (
+    BLUE,
+    GREY,
+    MOST_PANELS,
+    STYLE,
+    VERMILION,
+    Choices,
+    FigureKind,
+    Planned,
+    legend,
+    named,
+    note,
+    quantity,
+    select,
+    title_panel,
+)
 from sweep.methods.hysteresis.analysis import FoundLoop, find_loops
-from sweep.spec.recorded import Column, Over, is_half
-from sweep.tables.stored_study import StoredStudy
+from sweep.spec import Column, Over, is_half
+from sweep.tables import StoredStudy
 
 MOST_ACROSS = 3
 WAYS = {"up": (BLUE, "o-"), "down": (VERMILION, "s--")}

@@ -3,12 +3,11 @@
 from typing import TYPE_CHECKING
 
 from sweep.method import Method
-from sweep.methods.options import Metrics, Over, OverOption
+from sweep.methods import Metrics, Over, OverOption
 
 if TYPE_CHECKING:
-    from sweep.figures.planning import FigureKind
-    from sweep.tables.reports import Report
-    from sweep.tables.stored_study import StoredStudy
+    from sweep.figures import FigureKind
+    from sweep.tables import Report, StoredStudy
 
 
 def hysteresis(

@@ -15,20 +15,19 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from sweep.analysis import (
-    CONFIDENCE,
-    Contrast,
-    by_point,
-    simultaneous_confidence,
-)
-from sweep.analysis.mean_bounds import ANYWHERE, in_full
-from sweep.analysis.replication import (
+    ANYWHERE,
     CHANCE,
+    CONFIDENCE,
     FEWEST,
+    Contrast,
     Needed,
+    Width,
+    by_point,
+    in_full,
+    simultaneous_confidence,
     values_for_difference,
     values_for_width,
 )
-from sweep.analysis.sequential import Width
 from sweep.errors import ChoiceError
 from sweep.methods.comparison import (
     Side,
@@ -38,10 +37,8 @@ from sweep.methods.comparison import (
     shared_metrics,
     streams_in_common,
 )
-from sweep.spec.contents import share
-from sweep.spec.recorded import Column
-from sweep.tables.choosing import Refusals
-from sweep.tables.stored_study import StoredStudy
+from sweep.spec import Column, share
+from sweep.tables import Refusals, StoredStudy
 from sweep.text import so_many
 
 Floats = NDArray[np.float64]

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from sweep.method import Method
-from sweep.methods.options import Over, OverOption
+from sweep.methods import Over, OverOption
 
 if TYPE_CHECKING:
-    from sweep.store.locations import Location
-    from sweep.tables.reports import Report
+    from sweep.store import Location
+    from sweep.tables import Report
 
 
 def power(

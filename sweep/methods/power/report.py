@@ -6,12 +6,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from sweep.analysis.notation import number
-from sweep.analysis.replication import CAVEATS, FEWEST, MOST, SMALL
+from sweep.analysis import CAVEATS, FEWEST, MOST, SMALL, number
 from sweep.methods.power.analysis import Power
-from sweep.tables.json_rows import json_rows
-from sweep.tables.means_text import brief
-from sweep.tables.reports import MAX_ROWS, Report, TextTable
+from sweep.tables import MAX_ROWS, Report, TextTable, brief, json_rows
 from sweep.text import so_many
 
 MARKS = dict(zip(CAVEATS, ("?", "=", "*", "!"), strict=True))

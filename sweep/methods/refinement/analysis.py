@@ -24,7 +24,7 @@ from sweep.methods.refinement.rule import (
     look,
     sides_of,
 )
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables import StoredStudy
 
 STATES = ("above", "below", "outside", "boundary", "unresolved")
 COLUMNS = ["group", "estimate", "low", "high", "direction", "resolved"]

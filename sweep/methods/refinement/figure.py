@@ -15,13 +15,25 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 
 from sweep.errors import ChoiceError
-from sweep.figures.drawing import legend_of, named, note, quantity, title_panel
-from sweep.figures.planning import Choices, FigureKind, Planned
-from sweep.figures.selection import MOST_PANELS, select
-from sweep.figures.style import BLUE, GREY, STYLE, VERMILION
+from sweep.figures import (
+    BLUE,
+    GREY,
+    MOST_PANELS,
+    STYLE,
+    VERMILION,
+    Choices,
+    FigureKind,
+    Planned,
+    legend_of,
+    named,
+    note,
+    quantity,
+    select,
+    title_panel,
+)
 from sweep.methods.refinement.analysis import Boundary, find_boundary
 from sweep.methods.refinement.rule import RefinedAxis
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables import StoredStudy
 
 MOST_AXES = 2
 MOST_ACROSS = 3

@@ -8,10 +8,7 @@ import pandas as pd
 
 from sweep.methods.refinement.analysis import Boundary, find_boundary
 from sweep.methods.refinement.rule import ABOVE, BELOW, UNKNOWN, Refinement
-from sweep.tables.json_rows import json_rows
-from sweep.tables.means_text import brief
-from sweep.tables.reports import MAX_ROWS, Report, TextTable
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables import MAX_ROWS, Report, StoredStudy, TextTable, brief, json_rows
 from sweep.text import so_many
 
 WORDS = {ABOVE: "above it", BELOW: "below it", UNKNOWN: "on a side that is not known"}

@@ -30,8 +30,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sweep.analysis.mean_bounds import Declared
-from sweep.analysis.sequential import looks, nominal_confidence
+from sweep.analysis import Declared, looks, nominal_confidence
 
 Floats = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -176,7 +175,7 @@ class RefinedAxis:
 
 @dataclass(frozen=True)
 class Refinement:
-    """The rule of a refined study, see `sweep.spec.sections.GrowthRule`.
+    """The rule of a refined study, see `sweep.spec.section.GrowthRule`.
 
     Attributes
     ----------
@@ -450,7 +449,7 @@ def look(
     """
     import pandas as pd
 
-    from sweep.analysis.intervals import group_bounds
+    from sweep.analysis import group_bounds
 
     array = np.asarray(values, np.float64)
     known = pd.Series(np.where(np.isfinite(array), array, np.nan))

@@ -10,32 +10,43 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Annotated, Any
 
-from sweep.analysis.sequential import LEAST_LOOK
+from sweep.analysis import LEAST_LOOK
 from sweep.methods.refinement.rule import (
     MOST_HALVINGS,
     STEEPEST,
     RefinedAxis,
     Refinement,
 )
-from sweep.spec.axes import Axis
-from sweep.spec.contents import ListOf, Number, Text, Whole
-from sweep.spec.continued_checks import continued_axis
-from sweep.spec.document import Entry
-from sweep.spec.keys import Key, LaterSectionOf, check_keys, read_values
-from sweep.spec.limits import MOST_BEFORE, MOST_POINTS, MOST_TRIALS
-from sweep.spec.mistakes import Mistakes
-from sweep.spec.recorded import (
+from sweep.spec import (
     ANY_METRIC,
+    MOST_BEFORE,
+    MOST_POINTS,
+    MOST_TRIALS,
+    Axis,
     Column,
+    Entry,
+    Key,
+    LaterSectionOf,
+    ListOf,
+    Mistakes,
+    Number,
+    Replication,
+    Schema,
+    SpecContext,
+    SpecSection,
+    Study,
+    Text,
+    Whole,
+    check_keys,
+    check_names,
     check_recorded,
     columns_of,
+    continued_axis,
     declaration_of,
+    read_values,
+    recorded_rule,
 )
-from sweep.spec.replication import Replication
-from sweep.spec.schema_parts import Schema
-from sweep.spec.sections import SpecContext, SpecSection, check_names, recorded_rule
-from sweep.spec.study import Study
-from sweep.store.locations import Location
+from sweep.store import Location
 from sweep.text import shortened, unknown
 
 LEAST_REPLICATES = 2

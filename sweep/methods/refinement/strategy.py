@@ -11,17 +11,12 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.campaigns.design_plan import plan_tables
-from sweep.campaigns.progress import Progress
-from sweep.campaigns.strategy import Look, Round, beyond, filled
-from sweep.design.design import Design, expand
-from sweep.design.jobs import Counts, Jobs
+from sweep.campaigns import Look, Progress, Round, beyond, filled, plan_tables
+from sweep.design import Counts, Design, Jobs, expand
 from sweep.methods.refinement import rule as rules
 from sweep.methods.refinement import steepest
 from sweep.methods.refinement.rule import Place, Refinement
-from sweep.spec.axes import Axis
-from sweep.spec.settings import TORUS, Value
-from sweep.spec.study import Study
+from sweep.spec import TORUS, Axis, Study, Value
 
 
 class RefineStrategy:

@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from sweep.analysis.resilience import Recovery, recovery, resilience
+from sweep.analysis import Recovery, recovery, resilience
 from sweep.errors import ChoiceError
-from sweep.tables.choosing import as_names
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables import StoredStudy, as_names
 from sweep.text import unknown
 
 SHARE = "failing_share"

@@ -7,8 +7,7 @@ import typer
 from sweep.method import Method
 
 if TYPE_CHECKING:
-    from sweep.tables.reports import Report
-    from sweep.tables.stored_study import StoredStudy
+    from sweep.tables import Report, StoredStudy
 
 
 def resilience(

@@ -5,12 +5,9 @@ from typing import Any
 
 import pandas as pd
 
-from sweep.analysis.notation import with_interval
+from sweep.analysis import with_interval
 from sweep.methods.resilience.analysis import PARTS, TIME
-from sweep.tables.json_rows import json_rows
-from sweep.tables.means_text import brief
-from sweep.tables.reports import Report, TextTable
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables import Report, StoredStudy, TextTable, brief, json_rows
 from sweep.text import so_many
 
 

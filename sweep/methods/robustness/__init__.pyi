@@ -8,3 +8,5 @@ from .analysis import check_conclusions as check_conclusions
 from .analysis import outcome_of as outcome_of
 from .figure import validity_figure as validity_figure
 from .report import validity_report as validity_report
+from .variants import changed_by_steps as changed_by_steps
+from .variants import in_parts as in_parts

@@ -26,9 +26,8 @@ from sweep.methods.comparison import (
     places_of,
     streams_in_common,
 )
-from sweep.spec.recorded import Column, columns_of
-from sweep.tables.choosing import as_names
-from sweep.tables.stored_study import StoredStudy
+from sweep.spec import Column, columns_of
+from sweep.tables import StoredStudy, as_names
 
 SURVIVES = "survives"
 TURNS = "turns"

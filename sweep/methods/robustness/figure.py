@@ -13,17 +13,23 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sweep.errors import ChoiceError
-from sweep.figures.drawing import (
+from sweep.figures import (
+    COLOURS,
+    GREY,
+    MARKERS,
+    STYLE,
+    VERMILION,
+    Choices,
+    FigureKind,
+    Planned,
     draw_values,
     legend,
     name_rows,
     named,
     note,
     quantity,
+    select,
 )
-from sweep.figures.planning import Choices, FigureKind, Planned
-from sweep.figures.selection import select
-from sweep.figures.style import COLOURS, GREY, MARKERS, STYLE, VERMILION
 from sweep.methods.robustness.analysis import (
     AS_IT_IS,
     TURNS,
@@ -31,8 +37,8 @@ from sweep.methods.robustness.analysis import (
     Validity,
     check_conclusions,
 )
-from sweep.spec.recorded import Column, Over, is_half
-from sweep.tables.stored_study import StoredStudy
+from sweep.spec import Column, Over, is_half
+from sweep.tables import StoredStudy
 
 MOST_ROWS = 60
 MOST_COLUMNS = 6

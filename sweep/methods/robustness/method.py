@@ -5,15 +5,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from sweep.method import Method
-from sweep.methods.options import Confidence, Over, OverOption
+from sweep.methods import Confidence, Over, OverOption
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from sweep.figures.planning import FigureKind
-    from sweep.spec.sections import SpecSection
-    from sweep.tables.reports import Report
-    from sweep.tables.stored_study import StoredStudy
+    from sweep.figures import FigureKind
+    from sweep.spec import SpecSection
+    from sweep.tables import Report, StoredStudy
 
 
 def validity(

@@ -6,11 +6,9 @@ from typing import Any
 
 import pandas as pd
 
-from sweep.analysis.notation import is_centred, plus_minus, with_interval
+from sweep.analysis import is_centred, plus_minus, with_interval
 from sweep.methods.robustness.analysis import AS_IT_IS, OUTCOMES, UNJUDGED, Validity
-from sweep.tables.json_rows import json_rows
-from sweep.tables.means_text import brief
-from sweep.tables.reports import MAX_ROWS, Report, TextTable
+from sweep.tables import MAX_ROWS, Report, TextTable, brief, json_rows
 from sweep.text import so_many
 
 

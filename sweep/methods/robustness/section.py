@@ -10,14 +10,20 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Annotated
 
-from sweep.spec.contents import Content, ListOf, OneOf
-from sweep.spec.document import Entry
-from sweep.spec.keys import Key, LaterSectionOf, read_section
-from sweep.spec.mistakes import Mistakes
-from sweep.spec.schema_parts import Schema
-from sweep.spec.sections import SpecContext
-from sweep.spec.settings import Setting
-from sweep.spec.study import ALL_PAIRS
+from sweep.spec import (
+    ALL_PAIRS,
+    Content,
+    Entry,
+    Key,
+    LaterSectionOf,
+    ListOf,
+    Mistakes,
+    OneOf,
+    Schema,
+    Setting,
+    SpecContext,
+    read_section,
+)
 
 MOST_PARTS = 64
 BOTH = "both"

@@ -17,14 +17,21 @@ from sweep.methods.robustness.section import (
     read_validate,
     time_step,
 )
-from sweep.spec.axes import Axis
-from sweep.spec.axis_keys import HOLD
-from sweep.spec.mistakes import Mistakes
-from sweep.spec.sections import SpecSection, StudyVariant, check_names
-from sweep.spec.settings import NotAllowedError, Setting, Value
-from sweep.spec.strict_yaml import parse_document
-from sweep.spec.study import ALL_PAIRS, Study
-from sweep.spec.study_folder import why_no_name
+from sweep.spec import (
+    ALL_PAIRS,
+    HOLD,
+    Axis,
+    Mistakes,
+    NotAllowedError,
+    Setting,
+    SpecSection,
+    Study,
+    StudyVariant,
+    Value,
+    check_names,
+    parse_document,
+    why_no_name,
+)
 from sweep.text import shortened
 
 WITHOUT_GRID = "all-pairs"

@@ -10,36 +10,33 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from sweep.analysis.coexistence import (
+from sweep.analysis import (
+    CONFIDENCE,
+    DRIFT_LEVEL,
+    ENOUGH_SERIES,
+    FEWEST_FRAMES,
+    BinderCrossing,
     BinderMinimum,
+    BurnIn,
+    Collapse,
+    SizeCurve,
+    SusceptibilityPeak,
     TransitionOrder,
     TwoPeaks,
+    binder_crossings,
     binder_minimum,
+    burn_in,
+    collapse,
+    drift,
+    holm,
+    integrated_time,
+    order_samples,
+    susceptibility_peak,
     transition_order,
     two_peaks,
 )
-from sweep.analysis.collapse import Collapse, collapse
-from sweep.analysis.estimate import CONFIDENCE
-from sweep.analysis.order import order_samples
-from sweep.analysis.series import (
-    ENOUGH_SERIES,
-    FEWEST_FRAMES,
-    BurnIn,
-    burn_in,
-    drift,
-    integrated_time,
-)
-from sweep.analysis.simultaneous import holm
-from sweep.analysis.size_curves import (
-    BinderCrossing,
-    SizeCurve,
-    SusceptibilityPeak,
-    binder_crossings,
-    susceptibility_peak,
-)
-from sweep.analysis.steady import DRIFT_LEVEL
 from sweep.errors import ChoiceError
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables import StoredStudy
 from sweep.text import unknown
 
 Floats = NDArray[np.float64]

@@ -5,15 +5,21 @@ from functools import partial
 from matplotlib import style
 from matplotlib.figure import Figure
 
-from sweep.analysis.notation import with_interval
+from sweep.analysis import with_interval
 from sweep.errors import ChoiceError
-from sweep.figures.drawing import legend, note, quantity
-from sweep.figures.planning import Choices, FigureKind, Planned
-from sweep.figures.selection import select
-from sweep.figures.style import STYLE
+from sweep.figures import (
+    STYLE,
+    Choices,
+    FigureKind,
+    Planned,
+    legend,
+    note,
+    quantity,
+    select,
+)
 from sweep.methods.scaling.analysis import LENGTHS, Scaling, finite_size_scaling
 from sweep.methods.scaling.figure import chosen, looks
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables import StoredStudy
 
 
 def collapse_figure(

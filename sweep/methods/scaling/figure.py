@@ -10,12 +10,22 @@ from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sweep.figures.drawing import legend, note, quantity
-from sweep.figures.planning import Choices, FigureKind, Planned
-from sweep.figures.selection import select
-from sweep.figures.style import COLOURS, GREY, LINE_STYLES, MARKERS, STYLE
+from sweep.figures import (
+    COLOURS,
+    GREY,
+    LINE_STYLES,
+    MARKERS,
+    STYLE,
+    Choices,
+    FigureKind,
+    Planned,
+    legend,
+    note,
+    quantity,
+    select,
+)
 from sweep.methods.scaling.analysis import CURVES, Scaling, finite_size_scaling
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables import StoredStudy
 from sweep.text import so_many
 
 WORDS = {

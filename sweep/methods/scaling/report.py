@@ -4,12 +4,9 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from sweep.analysis.notation import with_interval
+from sweep.analysis import with_interval
 from sweep.methods.scaling.analysis import LENGTHS, Scaling
-from sweep.tables.json_rows import json_rows
-from sweep.tables.means_text import brief
-from sweep.tables.reports import Report, TextTable
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables import Report, StoredStudy, TextTable, brief, json_rows
 from sweep.text import so_many
 
 

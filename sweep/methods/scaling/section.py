@@ -9,13 +9,22 @@ from typing import Annotated, Literal, get_args
 
 import numpy as np
 
-from sweep.spec.axes import Axis
-from sweep.spec.contents import ListOf, Number, OneOf, Whole
-from sweep.spec.document import Entry
-from sweep.spec.keys import Key, LaterSectionOf, read_section
-from sweep.spec.mistakes import Mistakes
-from sweep.spec.sections import SpecContext, SpecSection
-from sweep.spec.settings import NotAllowedError, Values
+from sweep.spec import (
+    Axis,
+    Entry,
+    Key,
+    LaterSectionOf,
+    ListOf,
+    Mistakes,
+    NotAllowedError,
+    Number,
+    OneOf,
+    SpecContext,
+    SpecSection,
+    Values,
+    Whole,
+    read_section,
+)
 
 Kept = Literal["density", "box"]
 NUMBER = "n"

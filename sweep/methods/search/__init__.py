@@ -35,7 +35,7 @@ figure_kind          the kinds of these figures
 figure_layout        the layout of both, drawn or as marks
 figure_marks         both as marks
 figure_repetitions   the repetitions of a search as figures
-export               a study of optuna
+exporting            a study of optuna
 method               the entry of a search
 """
 

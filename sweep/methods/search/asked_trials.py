@@ -25,15 +25,9 @@ from sweep.analysis import Declared
 from sweep.errors import ChoiceError, StoreError, UserError
 from sweep.methods.search.objectives import Objective
 from sweep.methods.search.statistics import STATISTICS
-from sweep.spec.distributions import DISTRIBUTIONS
-from sweep.spec.recorded import columns_of
-from sweep.spec.strict_yaml import parse_document
-from sweep.spec.study import Study
-from sweep.spec.study_folder import PLAN
-from sweep.store.locations import Location
-from sweep.store.origin import metadata, plan_provenance
-from sweep.store.store import SEARCH_AGAIN, Store
-from sweep.tables.stored_study import StoredStudy
+from sweep.spec import DISTRIBUTIONS, PLAN, Study, columns_of, parse_document
+from sweep.store import SEARCH_AGAIN, Location, Store, metadata, plan_provenance
+from sweep.tables import StoredStudy
 
 ABOUT = b"search"
 """Key of the description of the search in the metadata of that table, as JSON."""

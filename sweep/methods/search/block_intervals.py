@@ -8,8 +8,13 @@ from functools import partial
 
 import numpy as np
 
-from sweep.analysis import CONFIDENCE, Interval, mean_estimate, paired_estimate
-from sweep.analysis.resampling import resampled_interval
+from sweep.analysis import (
+    CONFIDENCE,
+    Interval,
+    mean_estimate,
+    paired_estimate,
+    resampled_interval,
+)
 from sweep.methods.search.objectives import Floats, Objective
 
 

@@ -6,15 +6,10 @@ from itertools import count
 
 import numpy as np
 
-from sweep.design.design import expand
-from sweep.design.jobs import Job, Jobs
+from sweep.design import Job, Jobs, expand
 from sweep.errors import SpecError
 from sweep.methods.search.section_keys import Parameter, Search
-from sweep.spec.axes import Axis
-from sweep.spec.distributions import DISTRIBUTIONS
-from sweep.spec.seeds import address
-from sweep.spec.settings import Value
-from sweep.spec.study import Study
+from sweep.spec import DISTRIBUTIONS, Axis, Study, Value, address
 
 SAMPLER, HELD_OUT, REPETITION, RANDOM, PROBE = range(5)
 """Purposes of the random numbers of a search; see `sweep.spec.seeds`."""

@@ -5,8 +5,7 @@ All functions raise SpecError, with file and line, if parts do not suit each oth
 
 from sweep.methods.search.known_samplers import SEARCH_SAMPLERS
 from sweep.methods.search.section_keys import Search
-from sweep.spec.document import Document, Entry
-from sweep.spec.limits import MOST_SEARCHED
+from sweep.spec import MOST_SEARCHED, Document, Entry
 
 
 def check_search(entry: Entry, search: Search) -> None:

@@ -10,8 +10,7 @@ from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from sweep.figures.drawing import legend, note
-from sweep.figures.style import BLUE, GREEN, GREY, ORANGE, STYLE, VERMILION
+from sweep.figures import BLUE, GREEN, GREY, ORANGE, STYLE, VERMILION, legend, note
 from sweep.methods.search.asked_trials import AskedTrials, read_asked
 from sweep.methods.search.figure_kind import search_kind
 from sweep.methods.search.figure_layout import (
@@ -32,7 +31,7 @@ from sweep.methods.search.held_out import front, references, winners
 from sweep.methods.search.objectives import Floats, Objective
 from sweep.methods.search.outcome import candidates, objectives
 from sweep.methods.search.repetitions import best_so_far
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables import StoredStudy
 
 MARKERS = "s^vph"
 

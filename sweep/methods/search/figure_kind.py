@@ -6,9 +6,8 @@ from functools import partial
 from matplotlib.figure import Figure
 
 from sweep.errors import ChoiceError
-from sweep.figures.marks import FigureMarks
-from sweep.figures.planning import Choices, FigureKind, Planned
-from sweep.tables.stored_study import StoredStudy
+from sweep.figures import Choices, FigureKind, FigureMarks, Planned
+from sweep.tables import StoredStudy
 
 
 def search_kind(

@@ -6,14 +6,14 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from sweep.analysis.fronts import nondominated
+from sweep.analysis import nondominated
 from sweep.errors import ChoiceError
-from sweep.figures.drawing import quantity
+from sweep.figures import quantity
 from sweep.methods.search.asked_trials import AskedTrials, read_asked
 from sweep.methods.search.held_out import references, winners
 from sweep.methods.search.objectives import Floats, Objective
 from sweep.methods.search.outcome import FAILED, candidates, objectives
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables import StoredStudy
 
 SHOWN = 0.75
 """The fraction of the estimates of one objective that are drawn in their own places.

@@ -6,8 +6,18 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 
-from sweep.figures.marks import FigureMarks, MarkedAxis, MarkedLine, MarkedPanel
-from sweep.figures.style import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
+from sweep.figures import (
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILION,
+    FigureMarks,
+    MarkedAxis,
+    MarkedLine,
+    MarkedPanel,
+)
 from sweep.methods.search.asked_trials import AskedTrials, read_asked
 from sweep.methods.search.figure_layout import (
     ROOM,
@@ -32,7 +42,7 @@ from sweep.methods.search.outcome import (
 )
 from sweep.methods.search.points_behind import PointsBehind
 from sweep.methods.search.repetitions import best_so_far
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables import StoredStudy
 
 GREY = "#595959"
 OF_CANDIDATES = (GREY, BLUE, ORANGE)

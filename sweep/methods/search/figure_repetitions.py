@@ -15,8 +15,7 @@ from matplotlib.figure import Figure
 
 from sweep.analysis import Declared, mean_interval
 from sweep.errors import ChoiceError
-from sweep.figures.drawing import legend, note, quantity
-from sweep.figures.style import BLUE, GREY, ORANGE, STYLE
+from sweep.figures import BLUE, GREY, ORANGE, STYLE, legend, note, quantity
 from sweep.methods.search.asked_trials import AskedTrials, read_asked
 from sweep.methods.search.figure_kind import search_kind
 from sweep.methods.search.figure_layout import with_front
@@ -30,7 +29,7 @@ from sweep.methods.search.repetitions import (
     reference_point,
     runs,
 )
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables import StoredStudy
 
 LETTERS_OF_A_LABEL = 44
 

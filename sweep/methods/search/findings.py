@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from sweep.analysis.notation import number, percent
+from sweep.analysis import number, percent
 from sweep.errors import ChoiceError
 from sweep.methods.search.asked_trials import AskedTrials
 from sweep.methods.search.held_out import differences, front, references, winners
@@ -27,7 +27,7 @@ from sweep.methods.search.repetitions import (
     runs,
 )
 from sweep.methods.search.sentences import FEWEST_BLOCKS, edges, thin_tail
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables import StoredStudy
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,8 +9,14 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import pandas as pd
 
-from sweep.analysis import Interval, paired_contrast, simultaneous_confidence
-from sweep.analysis.fronts import knee, nondominated, shares_on_front
+from sweep.analysis import (
+    Interval,
+    knee,
+    nondominated,
+    paired_contrast,
+    shares_on_front,
+    simultaneous_confidence,
+)
 from sweep.methods.search.block_intervals import block_interval, difference_interval
 from sweep.methods.search.objectives import Floats, Objective
 from sweep.methods.search.outcome import (

@@ -10,7 +10,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from sweep.methods.search.objectives import Constraint, Objective
-from sweep.spec.distributions import DISTRIBUTIONS
+from sweep.spec import DISTRIBUTIONS
 from sweep.text import installing
 
 if TYPE_CHECKING:

@@ -7,9 +7,9 @@ from sweep.method import Method
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from sweep.figures.planning import FigureKind
-    from sweep.spec.sections import SpecSection
-    from sweep.tables.stored_study import StoredStudy
+    from sweep.figures import FigureKind
+    from sweep.spec import SpecSection
+    from sweep.tables import StoredStudy
 
 
 def figures() -> "dict[str, FigureKind]":

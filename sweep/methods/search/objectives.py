@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.analysis.mean_bounds import Declared
+from sweep.analysis import Declared
 from sweep.methods.search.statistics import STATISTICS, USUAL, StatisticKind
 
 Floats = NDArray[np.float64]

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from sweep.analysis.fronts import nondominated, thinned
+from sweep.analysis import nondominated, thinned
 from sweep.methods.search.objectives import Constraint, Floats, Objective
 from sweep.methods.search.trials_by_block import TrialsByBlock, by_block
 

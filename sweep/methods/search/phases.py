@@ -8,16 +8,15 @@ from typing import Any, NamedTuple
 import pandas as pd
 import pyarrow as pa
 
-from sweep.campaigns.strategy import Origin, PlanTables
-from sweep.design.jobs import Job
+from sweep.campaigns import Origin, PlanTables
+from sweep.design import Job
 from sweep.methods.search.asked_trials import ABOUT, COLUMNS, AskedTrials
 from sweep.methods.search.candidates import section_of
 from sweep.methods.search.known_samplers import SEARCH_SAMPLERS
 from sweep.methods.search.known_values import KnownValues
 from sweep.methods.search.run import AskedCandidate
-from sweep.spec.settings import Value
-from sweep.spec.study import Study
-from sweep.store.plan_about import AxisAbout, PlanAbout
+from sweep.spec import Study, Value
+from sweep.store import AxisAbout, PlanAbout
 
 
 class AskedRow(NamedTuple):

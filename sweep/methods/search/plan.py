@@ -3,19 +3,19 @@
 import json
 from dataclasses import asdict, dataclass, replace
 
-from sweep.design.cost import study_cost
-from sweep.design.design import expand
-from sweep.design.plan import (
+from sweep.design import (
     about,
     compiled,
+    expand,
     notes_of,
     probed,
     size,
+    study_cost,
 )
 from sweep.methods.search.candidates import check_candidates, references, section_of
-from sweep.spec.study import Study
+from sweep.spec import Study
 from sweep.text import so_many
-from sweep.trial.probe import measured_pace
+from sweep.trial import measured_pace
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from typing import cast
 import pandas as pd
 
 from sweep.methods.search.asked_trials import AskedTrials
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables import StoredStudy
 
 
 class PointsBehind:

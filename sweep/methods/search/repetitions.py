@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from sweep.analysis import Declared, MeanEstimate, mean_estimate
-from sweep.analysis.fronts import hypervolume
+from sweep.analysis import Declared, MeanEstimate, hypervolume, mean_estimate
 from sweep.methods.search.held_out import held_out_values, shown
 from sweep.methods.search.objectives import Floats, Objective
 from sweep.methods.search.outcome import (

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from sweep.analysis.notation import number, with_interval
+from sweep.analysis import number, with_interval
 from sweep.methods.search.findings import Findings, plain, warnings
 from sweep.methods.search.objectives import Objective
 from sweep.methods.search.outcome import SEARCH, constraints
@@ -19,7 +19,7 @@ from sweep.methods.search.sentences import (
     objective_words,
     verdict,
 )
-from sweep.spec.strict_yaml import dump
+from sweep.spec import dump
 
 
 class ReportTable(NamedTuple):

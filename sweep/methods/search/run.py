@@ -8,15 +8,14 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from sweep.design.jobs import Job
+from sweep.design import Job
 from sweep.errors import SpecError
 from sweep.methods.search.candidates import Candidate, sampler_seed, section_of
 from sweep.methods.search.known_values import KnownValues
 from sweep.methods.search.objectives import Floats
 from sweep.methods.search.racing import Race
 from sweep.methods.search.samplers import distributions, new_study, quiet, size_of
-from sweep.spec.settings import Value
-from sweep.spec.study import Study
+from sweep.spec import Study, Value
 
 if TYPE_CHECKING:
     from optuna.trial import Trial

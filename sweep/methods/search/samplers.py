@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from sweep.methods.search.known_samplers import SEARCH_SAMPLERS
 from sweep.methods.search.section_keys import Parameter, Search
-from sweep.spec.distributions import DISTRIBUTIONS
-from sweep.spec.settings import Value
+from sweep.spec import DISTRIBUTIONS, Value
 
 if TYPE_CHECKING:
     from optuna import Study as OptunaStudy

@@ -1,7 +1,8 @@
 """The `search` section in the JSON Schema of a spec."""
 
 from sweep.methods.search.statistics import STATISTICS
-from sweep.spec.schema_parts import (
+from sweep.spec import (
+    ModelSchemas,
     Schema,
     choices,
     mapping,
@@ -9,7 +10,6 @@ from sweep.spec.schema_parts import (
     one_of,
     reference,
 )
-from sweep.spec.sections import ModelSchemas
 
 
 def ranges_schema() -> Schema:

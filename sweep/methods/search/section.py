@@ -15,17 +15,28 @@ from sweep.methods.search.objectives import Constraint, Objective, Statistic
 from sweep.methods.search.schema import definitions, model_schema
 from sweep.methods.search.section_keys import Parameter, Search
 from sweep.methods.search.statistics import STATISTICS
-from sweep.spec.axes import Axis, AxisReader
-from sweep.spec.distributions import DISTRIBUTIONS
-from sweep.spec.document import Entry, Place
-from sweep.spec.keys import Key, LaterSectionOf, check_keys, read_values
-from sweep.spec.mistakes import Mistakes
-from sweep.spec.recorded import KnownMetrics
-from sweep.spec.sections import SettingValues, SpecContext, SpecSection
-from sweep.spec.setting_values import read_axes
-from sweep.spec.settings import NotAllowedError, Setting, Value
-from sweep.spec.study import Study
-from sweep.store.locations import Location
+from sweep.spec import (
+    DISTRIBUTIONS,
+    Axis,
+    AxisReader,
+    Entry,
+    Key,
+    KnownMetrics,
+    LaterSectionOf,
+    Mistakes,
+    NotAllowedError,
+    Place,
+    Setting,
+    SettingValues,
+    SpecContext,
+    SpecSection,
+    Study,
+    Value,
+    check_keys,
+    read_axes,
+    read_values,
+)
+from sweep.store import Location
 from sweep.text import unknown
 
 MOST_REFERENCES = 1000

@@ -12,14 +12,24 @@ from sweep.methods.search.schema import (
     objectives_schema,
     ranges_schema,
 )
-from sweep.spec.axes import Axis
-from sweep.spec.contents import Content, EntryOf, Number, ReadLater, Truth, Whole
-from sweep.spec.document import Entry
-from sweep.spec.keys import Key, SectionOf, read_section, section_schema
-from sweep.spec.limits import MOST_SEARCHED
-from sweep.spec.recorded import ANY_METRIC
-from sweep.spec.schema_parts import Schema
-from sweep.spec.settings import Value
+from sweep.spec import (
+    ANY_METRIC,
+    MOST_SEARCHED,
+    Axis,
+    Content,
+    Entry,
+    EntryOf,
+    Key,
+    Number,
+    ReadLater,
+    Schema,
+    SectionOf,
+    Truth,
+    Value,
+    Whole,
+    read_section,
+    section_schema,
+)
 
 LEVEL = 0.1
 MOST_BATCH = 10_000

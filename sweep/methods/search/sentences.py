@@ -6,10 +6,9 @@ from typing import Any
 
 import pandas as pd
 
-from sweep.analysis.notation import number, with_interval
+from sweep.analysis import number, with_interval
 from sweep.methods.search.objectives import Constraint, Objective
-from sweep.spec.distributions import DISTRIBUTIONS, Distribution
-from sweep.spec.settings import Setting
+from sweep.spec import DISTRIBUTIONS, Distribution, Setting
 
 EDGE = 0.02
 """Fraction of a range, from an end, within which a winner is at the edge."""

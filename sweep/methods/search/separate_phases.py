@@ -5,9 +5,9 @@ never averaged together.
 """
 
 from sweep.errors import StoreError
-from sweep.spec.study_folder import PLAN
-from sweep.store.store import SEARCH_AGAIN
-from sweep.tables.stored_study import StoredStudy
+from sweep.spec import PLAN
+from sweep.store import SEARCH_AGAIN
+from sweep.tables import StoredStudy
 
 PHASE = "phase"
 MEANINGS = {

@@ -5,11 +5,8 @@ Each of them has its held-out trials. The random searches are there to compare w
 
 from collections.abc import Callable, Iterator, Mapping
 
-from sweep.campaigns.campaign import run_campaign
-from sweep.campaigns.progress import Progress
-from sweep.campaigns.strategy import Look, Origin, PlanTables, Round
-from sweep.design.jobs import Job
-from sweep.design.trial_ids import packed
+from sweep.campaigns import Look, Origin, PlanTables, Progress, Round, run_campaign
+from sweep.design import Job, packed
 from sweep.methods.search.asked_trials import stored_repetitions
 from sweep.methods.search.candidates import (
     RANDOM,
@@ -38,9 +35,9 @@ from sweep.methods.search.phases import (
     plan_tables,
 )
 from sweep.methods.search.run import AskedCandidate, Run, RunSetup
-from sweep.spec.study import Study
-from sweep.store.locations import Location
-from sweep.workers.executors import ExecutorFactory
+from sweep.spec import Study
+from sweep.store import Location
+from sweep.workers import ExecutorFactory
 
 RANDOM_BLOCKS = 3
 """Blocks of each candidate of a plain random search, as in published searches."""

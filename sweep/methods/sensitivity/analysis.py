@@ -26,7 +26,7 @@ import pandas as pd
 
 from sweep.analysis import CONFIDENCE
 from sweep.errors import ChoiceError
-from sweep.methods.search.known_samplers import SEARCH_SAMPLERS
+from sweep.methods.search import SEARCH_SAMPLERS
 from sweep.methods.sensitivity.resampled_ranks import rank_analysis
 from sweep.methods.sensitivity.sampled import (
     Analysis,
@@ -37,11 +37,8 @@ from sweep.methods.sensitivity.sampled import (
 )
 from sweep.methods.sensitivity.screening import effect_analysis
 from sweep.methods.sensitivity.sobol_indices import index_analysis
-from sweep.spec.point_tables import TABLE
-from sweep.spec.samplers import SAMPLERS, made_for
-from sweep.spec.sampling import Analyses
-from sweep.spec.whole_samples import SALIB
-from sweep.tables.stored_study import StoredStudy
+from sweep.spec import SALIB, SAMPLERS, TABLE, Analyses, made_for
+from sweep.tables import StoredStudy
 
 RESAMPLES = 1000
 FEWEST: Mapping[Analyses, int] = MappingProxyType(

@@ -15,13 +15,24 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from sweep.errors import ChoiceError
-from sweep.figures.drawing import draw_values, legend, name_rows, note, span
-from sweep.figures.planning import Choices, FigureKind, Planned
-from sweep.figures.selection import select
-from sweep.figures.style import BLUE, GREEN, STYLE, VERMILION
+from sweep.figures import (
+    BLUE,
+    GREEN,
+    STYLE,
+    VERMILION,
+    Choices,
+    FigureKind,
+    Planned,
+    draw_values,
+    legend,
+    name_rows,
+    note,
+    select,
+    span,
+)
 from sweep.methods.sensitivity.analysis import every_sampler, sensitivity
 from sweep.methods.sensitivity.sampled import sampled_axis
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables import StoredStudy
 
 MARKS = ((BLUE, "o"), (VERMILION, "s"), (GREEN, "^"))
 COLUMNS = 3

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from sweep.method import Method
 
 if TYPE_CHECKING:
-    from sweep.figures.planning import FigureKind
+    from sweep.figures import FigureKind
 
 
 def figures() -> "dict[str, FigureKind]":

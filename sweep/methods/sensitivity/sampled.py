@@ -15,9 +15,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from sweep.errors import ChoiceError, StoreError
-from sweep.spec.recorded import Column
-from sweep.store.plan_about import AxisAbout
-from sweep.tables.stored_study import StoredStudy
+from sweep.spec import Column
+from sweep.store import AxisAbout
+from sweep.tables import StoredStudy
 from sweep.text import unknown
 
 Floats = NDArray[np.float64]

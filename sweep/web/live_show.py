@@ -9,8 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from sweep.errors import SpecError
-from sweep.spec.derived_metrics import needed
-from sweep.spec.settings import Value, in_a_line, places_of
+from sweep.spec import Value, in_a_line, needed, places_of
 from sweep.text import numbered
 from sweep.trial import looking
 from sweep.web import encoding, messages

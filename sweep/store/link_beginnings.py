@@ -7,10 +7,9 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from sweep.design.chains import FIRST
-from sweep.design.jobs import Job, LastFlock, LinkedJobs, SomeJobs
+from sweep.design import FIRST, Job, LastFlock, LinkedJobs, SomeJobs
 from sweep.errors import StoreError
-from sweep.spec.study import LAST_FLOCKS
+from sweep.spec import LAST_FLOCKS
 from sweep.store.rows import FLIGHT, HEADINGS
 from sweep.store.store import Store
 

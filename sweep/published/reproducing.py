@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
-from sweep.campaigns.progress import Display
+from sweep.campaigns import Display
 from sweep.errors import OutputError
 from sweep.published.drawings import (
     WATERMARK,
@@ -30,9 +30,9 @@ from sweep.published.scorecard_markdown import as_markdown
 from sweep.published.trying import fingerprint
 from sweep.published.turned import DocumentVariants, read_turned
 from sweep.published.verdicts import Status
-from sweep.spec.study_folder import SCORECARD
-from sweep.store.new_files import replacing
-from sweep.workers.executors import ExecutorFactory
+from sweep.spec import SCORECARD
+from sweep.store import replacing
+from sweep.workers import ExecutorFactory
 
 
 class PageFolder(NamedTuple):

@@ -10,7 +10,7 @@ import pandas as pd
 
 from sweep.analysis import MeanKind, by_point, pooled
 from sweep.errors import ChoiceError
-from sweep.spec.recorded import Column
+from sweep.spec import Column
 from sweep.tables.choosing import Refusals, as_names
 from sweep.tables.kept_apart import keep_apart
 from sweep.tables.stored_study import StoredStudy

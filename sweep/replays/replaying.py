@@ -1,10 +1,9 @@
 """A stored trial that runs again, from its row."""
 
 from sweep.replays.bits import differences
-from sweep.store.rows import trial_metrics
-from sweep.tables.stored_study import StoredStudy
-from sweep.trial.interrupts import ended_by_ctrl_c
-from sweep.trial.simulation import simulate
+from sweep.store import trial_metrics
+from sweep.tables import StoredStudy
+from sweep.trial import ended_by_ctrl_c, simulate
 
 
 def replay(study: StoredStudy, trial: str) -> tuple[str, bool]:

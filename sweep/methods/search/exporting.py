@@ -24,7 +24,7 @@ from sweep.methods.search.outcome import (
 from sweep.methods.search.samplers import distributions, quiet
 from sweep.methods.search.section_keys import Parameter
 from sweep.methods.search.trials_by_block import TrialsByBlock
-from sweep.tables.stored_study import StoredStudy
+from sweep.tables import StoredStudy
 
 PASSWORD = "SWEEP_EXPORT_PASSWORD"
 

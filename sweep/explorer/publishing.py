@@ -8,9 +8,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from sweep.errors import ChoiceError
-from sweep.sharing.citing import author_of
-from sweep.sharing.stranger import NO_LICENCE
-from sweep.spec.strict_yaml import read_document
+from sweep.sharing import NO_LICENCE, author_of
+from sweep.spec import read_document
 
 DOI = re.compile(r"10\.\d{4,9}/[!-~]+")
 RESOLVERS = re.compile(r"(https?://(dx\.)?doi\.org/|doi:)", re.IGNORECASE)

@@ -22,24 +22,32 @@ import pyarrow.compute as pc
 from numpy.typing import NDArray
 
 from sweep.campaigns.further_metrics import FurtherMetrics
-from sweep.design.jobs import Job, ids_recording
-from sweep.design.recording import Recording
-from sweep.design.trial_ids import as_texts, packed, packed_array
+from sweep.design import Job, Recording, as_texts, ids_recording, packed, packed_array
 from sweep.errors import ChoiceError, StoreError
-from sweep.spec.recorded import Column, columns_of
-from sweep.spec.study import Study
-from sweep.store.custody import custody
-from sweep.store.locations import Location
-from sweep.store.lock import Lock
-from sweep.store.provenance import measured_provenance
-from sweep.store.recordings import NONE_SERVED, Served
-from sweep.store.rows import FLIGHT, Tables
-from sweep.store.stored_code import keep_code
-from sweep.tables.stored_jobs import stored_point
-from sweep.tables.stored_study import TABLES, StoredStudy
-from sweep.tables.stored_tables import checked, command
-from sweep.tables.stored_trials import Columns, StoredTrial, by_part, stored_trials
-from sweep.trial.remeasuring import (
+from sweep.spec import Column, Study, columns_of
+from sweep.store import (
+    FLIGHT,
+    NONE_SERVED,
+    Location,
+    Lock,
+    Served,
+    Tables,
+    custody,
+    keep_code,
+    measured_provenance,
+)
+from sweep.tables import (
+    TABLES,
+    Columns,
+    StoredStudy,
+    StoredTrial,
+    by_part,
+    checked,
+    command,
+    stored_point,
+    stored_trials,
+)
+from sweep.trial import (
     FlownTrial,
     Remeasured,
     expected_steps,
@@ -49,8 +57,7 @@ from sweep.trial.remeasuring import (
     unmeasured,
     what_lacks,
 )
-from sweep.workers.executors import ExecutorFactory
-from sweep.workers.runner import drive
+from sweep.workers import ExecutorFactory, drive
 
 ENDED = ("done", "diverged")
 """Statuses that a trial has again, whatever it records."""

@@ -9,13 +9,19 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
-from sweep.spec.study import LAST_FLOCKS, LAST_STATES
-from sweep.store.locations import Location
-from sweep.store.manifest import table_names
-from sweep.store.origin import PROVENANCE, part_provenance
-from sweep.store.parquet import each, load_table, stored_schema
-from sweep.store.recordings import expressions, measured
-from sweep.store.store import Store
+from sweep.spec import LAST_FLOCKS, LAST_STATES
+from sweep.store import (
+    PROVENANCE,
+    Location,
+    Store,
+    each,
+    expressions,
+    load_table,
+    measured,
+    part_provenance,
+    stored_schema,
+    table_names,
+)
 
 Columns = dict[str, NDArray[Any]]
 """The columns of one trial in a table by name; lists of a column are concatenated."""

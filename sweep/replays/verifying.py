@@ -19,23 +19,20 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kernels.identity import as_now
-from sweep.design.cost import job_seconds
-from sweep.design.jobs import Job
+from sweep.design import Job, job_seconds
 from sweep.errors import ChoiceError, StoreError
 from sweep.replays.bits import BitDifference, differences, values_compared
-from sweep.store.origin import machine_said
-from sweep.store.provenance import machine
-from sweep.tables.stored_study import StoredStudy
-from sweep.tables.stored_trials import (
+from sweep.store import machine, machine_said
+from sweep.tables import (
+    StoredStudy,
     StoredTrial,
     by_origin,
     by_part,
     stored_trials,
 )
 from sweep.text import so_many
-from sweep.trial.result import failed
-from sweep.workers.executors import ExecutorFactory
-from sweep.workers.runner import drive
+from sweep.trial import failed
+from sweep.workers import ExecutorFactory, drive
 
 REPEATABLE = ("done", "diverged", "failed")
 """Statuses that a repeated trial has again.

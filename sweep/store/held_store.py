@@ -12,7 +12,7 @@ from sweep.store.manifest import damage, trials_of
 from sweep.store.parquet import each
 from sweep.store.shares import Share
 from sweep.store.store import Store
-from sweep.trial.interrupts import ended_like_ctrl_c
+from sweep.trial import ended_like_ctrl_c
 
 LOG = logging.getLogger("sweep")
 

@@ -6,14 +6,11 @@ from sweep.campaigns.campaign import run_campaign
 from sweep.campaigns.fixed import FixedStrategy
 from sweep.campaigns.progress import Progress
 from sweep.campaigns.strategy import Strategy
-from sweep.design.design import expand
-from sweep.design.jobs import Jobs
+from sweep.design import Jobs, expand
 from sweep.errors import ChoiceError
-from sweep.spec.mistakes import Mistakes
-from sweep.spec.study import Study
-from sweep.store.locations import Location
-from sweep.store.shares import Share
-from sweep.workers.executors import ExecutorFactory
+from sweep.spec import Mistakes, Study
+from sweep.store import Location, Share
+from sweep.workers import ExecutorFactory
 
 
 def check_launches(studies: Sequence[Study], share: Share | None = None) -> None:

@@ -15,15 +15,21 @@ from typing import Any, get_args, get_type_hints
 from kernels.catalogue import Catalogue
 from kernels.model import Model
 from kernels.settings import UPDATE, About
-from sweep.design.design import Design
+from sweep.design import Design
 from sweep.errors import ChoiceError, CodeError
-from sweep.published.bibliography import bibliography_of
+from sweep.published import bibliography_of
 from sweep.sharing.citing import program
-from sweep.spec.document import Document
-from sweep.spec.keys import keys_of
-from sweep.spec.settings import Setting, Value, settings_of, spelled
-from sweep.spec.study import Streams, Study
-from sweep.tables.stored_study import StoredStudy
+from sweep.spec import (
+    Document,
+    Setting,
+    Streams,
+    Study,
+    Value,
+    keys_of,
+    settings_of,
+    spelled,
+)
+from sweep.tables import StoredStudy
 from sweep.text import description_of
 
 MOST_VALUES = 8

@@ -1,0 +1,12 @@
+from .asking import AskComparison as AskComparison
+from .publishing import PaperTexts as PaperTexts
+from .publishing import publication as publication
+from .publishing import read_cff as read_cff
+from .site import explorer as explorer
+from .site import site_of as site_of
+from .supplement import SupplementChoice as SupplementChoice
+from .supplement import planned as planned
+from .watching import Watched as Watched
+from .widget import Explored as Explored
+from .widget import explored as explored
+from .widget import explored_study as explored_study

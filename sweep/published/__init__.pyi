@@ -1,0 +1,15 @@
+from .bibliography import FILE as FILE
+from .bibliography import bibliography_of as bibliography_of
+from .creating import create as create
+from .foresight import outlook_lines as outlook_lines
+from .foresight import outlooks as outlooks
+from .model_studies import begin_with_model as begin_with_model
+from .publications import code_files as code_files
+from .publications import read_all as read_all
+from .reproducing import reproduce as reproduce
+from .starting import begin as begin
+from .starting import built_in_studies as built_in_studies
+from .trying import chosen_variants as chosen_variants
+from .trying import most_trials as most_trials
+from .trying import try_all as try_all
+from .variants import KINDS as KINDS

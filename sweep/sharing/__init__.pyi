@@ -1,0 +1,14 @@
+from .citing import Citation as Citation
+from .citing import author_of as author_of
+from .citing import behind as behind
+from .citing import cite as cite
+from .citing import program as program
+from .laid_out import LaidOut as LaidOut
+from .laid_out import check_new as check_new
+from .laid_out import lay_out as lay_out
+from .odd_document import odd as odd
+from .odd_document import of_spec as of_spec
+from .odd_document import of_stored as of_stored
+from .packing import pack as pack
+from .stranger import NO_LICENCE as NO_LICENCE
+from .unpacking import unpack as unpack

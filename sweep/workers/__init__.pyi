@@ -1,0 +1,14 @@
+from .attempts import run_jobs as run_jobs
+from .checkpoint_folder import Checkpoints as Checkpoints
+from .engines import ENGINES as ENGINES
+from .engines import MEMBERS as MEMBERS
+from .engines import EngineOptions as EngineOptions
+from .executors import ExecutorFactory as ExecutorFactory
+from .executors import Loky as Loky
+from .executors import Serial as Serial
+from .executors import core_count as core_count
+from .executors import worker_count as worker_count
+from .failures import MOST_CAUSES as MOST_CAUSES
+from .failures import Failures as Failures
+from .failures import in_a_line as in_a_line
+from .runner import drive as drive
