@@ -13,9 +13,9 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from sweep.errors import TooLargeError, UnreadableError
+from sweep.errors import TooLargeError, UnreachableError, UnreadableError
 from sweep.store.bounds import excess_bytes, excess_rows
-from sweep.store.locations import GONE, Location
+from sweep.store.locations import GONE, Location, patiently
 from sweep.store.regular import regular_size
 
 T = TypeVar("T")
@@ -76,12 +76,28 @@ def opened(path: Location, remedy: str | None = None) -> Iterator[Any]:
 def each(parts: Sequence[Location], read: Callable[[Location], T]) -> list[T]:
     """Return the result of `read` for each part, in their order.
 
-    In an object store several of them run at once: each makes a request or two.
+    In an object store several of them run at once: each makes a request or two. After
+    the store was away, only the parts that it did not give are read again.
     """
     if len(parts) < 2 or isinstance(parts[0], Path):
         return [read(part) for part in parts]
-    with ThreadPoolExecutor(REQUESTS_AT_ONCE) as threads:
-        return list(threads.map(read, parts))
+    results = dict[Location, T]()
+
+    def read_the_rest() -> None:
+        rest = [part for part in parts if part not in results]
+        unreachable: UnreachableError | None = None
+        with ThreadPoolExecutor(REQUESTS_AT_ONCE) as threads:
+            futures = {part: threads.submit(read, part) for part in rest}
+        for part, future in futures.items():
+            try:
+                results[part] = future.result()
+            except UnreachableError as error:
+                unreachable = error
+        if unreachable:
+            raise unreachable
+
+    patiently(read_the_rest)
+    return [results[part] for part in parts]
 
 
 def check_part(tables: Mapping[str, pa.Table]) -> None:

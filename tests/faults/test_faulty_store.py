@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from sweep.store import locations
-from sweep.store.locations import ObjectPath
+from sweep.store.locations import ATTEMPTS, ObjectPath
 from tests.faults import campaign
 from tests.faults.campaign import tables
 from tests.http_servers import HttpServer, Request
@@ -27,6 +27,8 @@ LAUNCH = [*campaign.LAUNCH[:3], "launch", "spec.yaml", "--workers", "1", "--resu
 LAUNCH_SECONDS = 500.0
 HOP = {"connection", "transfer-encoding", "content-length", "date", "server"}
 AWAY_EVERY = 60
+FAILING = ("500", "503", "reset before", "reset after", "cut")
+"""Faults after which a request is made again."""
 FAULTS = ("500", "503", "reset before", "reset after", "cut", "twice", "late", "slow")
 
 
@@ -34,7 +36,8 @@ class Between:
     """A proxy before an object store: faults by a seeded generator, a draw for each
     request.
 
-    Of each AWAY_EVERY requests in a row the last `away` meet no server.
+    Of each AWAY_EVERY requests in a row the last `away` meet no server. A lock is asked
+    for three times, not patiently: no request for it fails more than twice in a row.
     """
 
     def __init__(
@@ -47,6 +50,7 @@ class Between:
         )
         self.away = self.shares.pop("away", 0)
         self.counts: Counter[str] = Counter()
+        self.in_a_row: Counter[str] = Counter()
         self.late: list[threading.Timer] = []
         self.drawing = threading.Lock()
         self.target = target
@@ -59,7 +63,7 @@ class Between:
             timer.join()
         self.server.close()
 
-    def fault(self, method: str) -> str:
+    def fault(self, method: str, path: str) -> str:
         """What happens to a request; "" for nothing."""
         with self.drawing:
             self.counts["requests"] += 1
@@ -73,6 +77,9 @@ class Between:
                 [*self.shares, ""],
                 [*self.shares.values(), 1 - sum(self.shares.values())],
             )
+            self.in_a_row[path] += 1 if fault in FAILING else -self.in_a_row[path]
+            if "lock" in path and self.in_a_row[path] == ATTEMPTS:
+                return ""
         if (fault in ("twice", "late") and method != "PUT") or (
             fault == "cut" and method != "GET"
         ):
@@ -83,7 +90,7 @@ class Between:
     def pass_on(self, asked: Request) -> None:
         """One request, with its fault."""
         body = body_of(asked)
-        fault = self.fault(asked.command)
+        fault = self.fault(asked.command, asked.path)
         time.sleep(self.seconds + (0.5 if fault == "slow" else 0))
         if fault in ("500", "503"):
             self.say(asked, int(fault), [], b"")
@@ -198,8 +205,6 @@ def test_a_launch_into_a_store_that_fails_has_the_tables_of_an_undisturbed_one(
         )
         for one in points
     ]
-    # No three faults in a row among the first 500: a lock is asked for three times, not
-    # patiently.
     between = Between(server.port, 5, USUAL | {"late": 0.05})
     results = server.results("faults", between.port)
     try:
