@@ -186,6 +186,27 @@ def test_keys_run_pause_step_and_reset(opened: Open) -> None:
     page.until("boidsweep.view.state.settings.cohesion_weight <= 0.213")
 
 
+EARLY = """async ([presses, running]) => {
+  const { RunBar } = await import("./run.js");
+  const sent = [];
+  const bar = new RunBar(({ type }) => sent.push(type));
+  for (let press = 0; press < presses; press++) bar.toggle();
+  bar.show({ ...boidsweep.view.state, running }, 0);
+  bar.show({ ...boidsweep.view.state, running }, 1);
+  return sent;
+}"""
+
+
+@pytest.mark.parametrize(
+    ("presses", "running", "sent"),
+    [(0, False, []), (1, False, ["run"]), (2, False, []), (1, True, [])],
+)
+def test_a_press_before_the_first_state_counts_once_it_is_there(
+    opened: Open, presses: int, running: bool, sent: list[str]
+) -> None:
+    assert opened().evaluate(EARLY, [presses, running]) == sent
+
+
 def test_a_run_that_has_ended_goes_on_for_twice_as_long(opened: Open) -> None:
     page = opened()
     page.send(type="set", name="steps", value=20)

@@ -32,6 +32,7 @@ export class RunBar {
     /** @type {State | null} */
     this.state = null;
     this.step = 0;
+    this.wanted = false; // pressed before there was a run
     const back = button(
       "reset",
       "Reset: the same seed from step 0 (R)",
@@ -79,7 +80,10 @@ export class RunBar {
 
   toggle() {
     const { state } = this;
-    if (!state) return;
+    if (!state) {
+      this.wanted = !this.wanted;
+      return;
+    }
     this.send({ type: state.running ? "pause" : ended(state) ? "continue" : "run" });
     state.running = !state.running; // until the answer comes
     this.show(state, this.step);
@@ -97,6 +101,9 @@ export class RunBar {
     this.offer(state.speed);
     this.speed.value = String(state.speed);
     this.showStep(step);
+    const { wanted } = this;
+    this.wanted = false;
+    if (wanted && !state.running) this.toggle();
   }
 
   // Adds the speed to the choices if it is none of them: another page may have set it.
