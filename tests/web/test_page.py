@@ -204,7 +204,7 @@ EARLY = """async ([presses, running]) => {
 def test_a_press_before_the_first_state_counts_once_it_is_there(
     opened: Open, presses: int, running: bool, sent: list[str]
 ) -> None:
-    assert opened().evaluate(EARLY, [presses, running]) == sent
+    assert opened().page.evaluate(EARLY, [presses, running]) == sent
 
 
 def test_a_run_that_has_ended_goes_on_for_twice_as_long(opened: Open) -> None:
