@@ -342,7 +342,7 @@ class StoredStudy(Results):
     def _settled(self) -> NarrowTrials:
         """The columns of trials that all narrow studies have, in the spec's order."""
         placed = self.store.placed(self.plan["trial_id"])
-        stored = [name for name in self.varied if name in self.about.varied]
+        stored = self._stored_settings
         table = self.store.columns(placed, [*POINT_COLUMNS, *stored])
         needed = stored if table.num_rows else ()
         table = checked(self.name, "trials", table, self.known, columns=needed)
@@ -540,6 +540,11 @@ class StoredStudy(Results):
             return [self.split.column, *varied]
         return list(varied)
 
+    @property
+    def _stored_settings(self) -> list[str]:
+        """The parameters that differ between points, of which trials have columns."""
+        return [name for name in self.varied if name in self.about.varied]
+
     def undivided(self, point: str) -> str:
         """Return the id that a point has before `divided`."""
         return point.rpartition(":")[2]
@@ -633,7 +638,7 @@ class StoredStudy(Results):
         It has every parameter and every metric. Before the first trial is stored it has
         the columns of the plan, `status`, `error` and the metrics.
         """
-        table = self._table("trials", (*self.varied, *self.metrics))
+        table = self._table("trials", (*self._stored_settings, *self.metrics))
         if not table.num_rows:
             empty: pd.DataFrame = self.plan.slice(0, 0).to_pandas()
             return empty.assign(

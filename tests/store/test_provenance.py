@@ -116,7 +116,10 @@ def test_provenance_is_json_the_same_each_time_and_small() -> None:
     are as large as they are.
     """
     study = parse_spec(SMALL)
-    one, other = provenance.provenance(study), provenance.provenance(study)
+    one, other = (
+        provenance.launch_provenance(study),
+        provenance.launch_provenance(study),
+    )
     assert json.dumps(one) == json.dumps(other)
     assert (one["spec"], one["cores"], machine()["cores"]) == (
         SMALL,
