@@ -23,7 +23,6 @@ from kernels.settings import Demand, StartSettings
 from kernels.starts import STARTS, Start
 from kernels.state import Flock, World, empty_flock
 from kernels.worlds import Reach
-from sweep.cli.search_report import text
 from sweep.errors import ChoiceError, SpecError, StoreError
 from sweep.figures.kinds import KINDS, plan_figures
 from sweep.figures.planning import Choices, FigureKind, Planned
@@ -38,6 +37,7 @@ from sweep.methods.search.known_samplers import (
     SearchSampler,
     Sought,
 )
+from sweep.methods.search.report import search_report
 from sweep.methods.search.statistics import STATISTICS, Floats, StatisticKind
 from sweep.methods.sensitivity import sensitivity
 from sweep.spec.contents import Whole
@@ -58,6 +58,7 @@ from tests.cases import slow_but
 from tests.commands import sweep
 from tests.house.names import REGISTRIES
 from tests.plotted import made_up
+from tests.reports import as_text
 from tests.sampled import axis as joint_axis
 from tests.sampled import study_of
 from tests.searches import (
@@ -575,7 +576,9 @@ def searched(spec: str, folder: Path) -> tuple[str, str]:
     with pytest.MonkeyPatch.context() as patch:
         replace_trials(patch, analytic())
         asked = asked_by(spec, folder)
-    return asked.table.to_json(), text(StoredStudy("analytic", folder))
+    return asked.table.to_json(), as_text(
+        search_report(StoredStudy("analytic", folder))
+    )
 
 
 SOUGHT = edited(

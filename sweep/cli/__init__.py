@@ -28,7 +28,6 @@ themselves, so that `sweep --help` answers at once.
     listing          tables of models, maps, metrics and stored trials
     progress         the progress of a launch, on stderr
     progress_line    the progress of other work, on stderr
-    search_report    the report of a search
     replay_files     the files that a replay writes
     completing       names that a shell completes
     spec_files       the file of a spec that a command names, or of a stored study

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,16 +12,12 @@ if TYPE_CHECKING:
 
 LOCAL = "local"
 """The default engine."""
+PROCESSORS = "cpu"
+"""Its name where trials run again that a device has run."""
 
 
-class Again(StrEnum):
-    """The device that runs stored trials again."""
-
-    cpu = "cpu"
-    cuda = "cuda"
-
-
-def _engine_names(beginning: str) -> list[str]:
+def engine_names(beginning: str) -> list[str]:
+    """Return the names of engines that begin so, for a shell."""
     from sweep.workers import ENGINES
 
     return [name for name in ENGINES if name.startswith(beginning)]
@@ -33,7 +28,7 @@ Engine = Annotated[
     typer.Option(
         "--executor",
         metavar="local|dask|cuda|NAME",
-        autocompletion=_engine_names,
+        autocompletion=engine_names,
         help=(
             "Processes on this machine, a dask cluster, processes that share the GPU of"
             " this machine, or an engine of an installed package."
@@ -71,7 +66,7 @@ def engine(
     Parameters
     ----------
     name : str
-        The name of the engine.
+        The name of the engine, or `PROCESSORS`.
     workers : int
         The number of worker processes; 0 for the default of the engine.
     address : str, optional
@@ -89,6 +84,7 @@ def engine(
     from sweep.text import unknown
     from sweep.workers import ENGINES, MEMBERS, EngineOptions
 
+    name = LOCAL if name == PROCESSORS else name
     if name not in ENGINES:
         raise WorkersError(unknown("executor", name, ENGINES))
     factory = ENGINES[name].make(EngineOptions(workers, address, scheduler_file))

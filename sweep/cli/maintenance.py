@@ -19,7 +19,7 @@ from sweep.cli.app import (
     app,
     stop,
 )
-from sweep.cli.engines import LOCAL, Again, engine
+from sweep.cli.engines import LOCAL, engine, engine_names
 from sweep.cli.reporting import Where
 from sweep.text import so_many
 
@@ -116,13 +116,15 @@ def verify(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the sample.")] = 0,
     workers: Workers = 0,
     executor: Annotated[
-        Again | None,
+        str | None,
         typer.Option(
+            metavar="cpu|cuda|NAME",
+            autocompletion=engine_names,
             help=(
-                "Where they fly again; the sample is then of trials that flew"
-                " elsewhere, where there are such. By default on processors, and of all"
-                " trials."
-            )
+                "Where they fly again, processors or another engine; the sample is then"
+                " of trials that flew elsewhere, where there are such. By default on"
+                " processors, and of all trials."
+            ),
         ),
     ] = None,
     results: Results = Path("results"),
@@ -136,7 +138,7 @@ def verify(
     from sweep.replays import verify as check
     from sweep.tables import StoredStudy
 
-    with engine("cuda" if executor is Again.cuda else LOCAL, workers) as factory:
+    with engine(executor or LOCAL, workers) as factory:
         verification = check(
             StoredStudy(study, results, trust=trust),
             factory,

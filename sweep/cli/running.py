@@ -170,10 +170,10 @@ def search(
 
     Ctrl-C stops at once and keeps what is done; the same command goes on from there.
     """
-    from sweep.cli import search_report as report
     from sweep.cli.progress import ProgressBar
+    from sweep.cli.reporting import print_report
     from sweep.cli.spec_files import check_spec_file
-    from sweep.methods.search import check_export
+    from sweep.methods.search import check_export, search_report
     from sweep.methods.search import export as write_export
     from sweep.methods.search import search as run_search
     from sweep.own_code import load_spec
@@ -198,7 +198,11 @@ def search(
     if not quiet:
         print(bar.summary(progress, results / study.name), file=sys.stderr)
     stored = StoredStudy(study.name, results)
-    print(report.as_json(stored) if as_json else report.text(stored))
+    report = search_report(stored)
+    if as_json:
+        print(report.to_json(), end="")
+    else:
+        print_report(report)
     if export:
         print(
             f'{study.name}: exported to {export} as "{write_export(stored, export)}"',

@@ -359,6 +359,6 @@ KIND = FigureKind(
     "each series metric against time, mean and band",
     ("by",),
     plan,
-    plan_joined=plan,
+    of_several=True,
     marks=marks,
 )

@@ -506,5 +506,5 @@ def _resolved(cells: Cells) -> NDArray[np.bool_]:
 
 
 KIND = FigureKind(
-    "a metric over two settings", ("x", "y"), plan, plan_joined=plan, marks=marks
+    "a metric over two settings", ("x", "y"), plan, of_several=True, marks=marks
 )

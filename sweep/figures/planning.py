@@ -4,7 +4,7 @@ The module of each figure has its kind, and `sweep.figures.kinds` lists all kind
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from matplotlib.figure import Figure
 
@@ -66,12 +66,12 @@ class FigureKind(NamedTuple):
         The choices that the kind takes: some of "by", "x" and "y".
     plan
         A function that plans the figures of a study. It draws nothing, and raises
-        ChoiceError if the kind does not suit the study.
+        ChoiceError if the kind does not suit the study. It takes a `StoredStudy`, and
+        any `Results` if the kind is `of_several`.
     of_search
         True if a figure shows a whole search.
-    plan_joined
-        `plan` of several joined studies, see `sweep.tables.joined`, if a figure can
-        show them.
+    of_several
+        True if a figure can show several joined studies, see `sweep.tables.joined`.
     marks
         A function that returns the figure of one metric, or of two, as plain data.
     of_precision
@@ -80,9 +80,9 @@ class FigureKind(NamedTuple):
 
     text: str
     takes: tuple[str, ...]
-    plan: Callable[[StoredStudy, Choices], list[Planned]]
+    plan: Callable[[Any, Choices], list[Planned]]
     of_search: bool = False
-    plan_joined: Callable[[Results, Choices], list[Planned]] | None = None
+    of_several: bool = False
     marks: Callable[[StoredStudy, Choices], FigureMarks] | None = None
     of_precision: bool = False
 
@@ -100,11 +100,9 @@ class FigureKind(NamedTuple):
         ChoiceError
             If the kind does not suit the study.
         """
-        if isinstance(study, StoredStudy):
-            return self.plan(study, choices)
-        if self.plan_joined is None:
+        if not (self.of_several or isinstance(study, StoredStudy)):
             raise ChoiceError("shows one study at a time", study.name)
-        return self.plan_joined(study, choices)
+        return self.plan(study, choices)
 
     def suits(self, study: Results, choices: Choices) -> str:
         """Return why this kind does not suit a study, "" if it suits.

@@ -401,5 +401,5 @@ def _marked(layout: Scatter, panel: Panel, table: pd.DataFrame) -> MarkedPanel:
 
 
 KIND = FigureKind(
-    "a metric against each setting", ("by", "x"), plan, plan_joined=plan, marks=marks
+    "a metric against each setting", ("by", "x"), plan, of_several=True, marks=marks
 )

@@ -14,12 +14,12 @@ from sweep.campaigns.design_plan import plan_tables
 from sweep.campaigns.launching import launch
 from sweep.campaigns.progress import Progress
 from sweep.campaigns.strategy import Look, Origin, PlanTables, Round
-from sweep.cli import search_report
 from sweep.design.design import expand
 from sweep.design.jobs import Counts, Job, Jobs, SomeJobs
 from sweep.errors import FailedTrialsError
 from sweep.methods.search.asked_trials import read_asked
 from sweep.methods.search.outcome import candidates
+from sweep.methods.search.report import search_report
 from sweep.methods.search.strategy import search
 from sweep.replays.replaying import replay
 from sweep.spec.study import Study, parse_spec
@@ -28,6 +28,7 @@ from sweep.tables.stored_study import StoredStudy
 from sweep.trial.result import Result, failed
 from sweep.workers.executors import Serial
 from tests.cases import slow_but
+from tests.reports import as_text
 from tests.searches import TINY, done, edited, replace_trials
 from tests.studies import SMALL
 
@@ -265,7 +266,7 @@ def test_an_interrupted_search_can_be_reported(
     stored = asked.table["status"] != "missing"
     searched = stored & (asked.table["phase"] == "search")
     assert candidates(asked)["trials"].sum() == searched.sum() > 0
-    assert "The search is not finished" in search_report.text(study)
+    assert "The search is not finished" in as_text(search_report(study))
 
 
 def by_its_id(job: Job) -> Result:

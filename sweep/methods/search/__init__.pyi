@@ -15,11 +15,8 @@ from .points_behind import PointsBehind as PointsBehind
 from .report import ReportTable as ReportTable
 from .report import against_text as against_text
 from .report import best_text as best_text
-from .report import differences_table as differences_table
-from .report import front_table as front_table
-from .report import judged_table as judged_table
 from .report import references_text as references_text
-from .report import report_facts as report_facts
 from .report import report_tables as report_tables
+from .report import search_report as search_report
 from .report import searched_text as searched_text
 from .strategy import search as search

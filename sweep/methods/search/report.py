@@ -3,12 +3,15 @@
 `sweep search` prints it, and the explorer shows it.
 """
 
+from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 
 from sweep.analysis import number, with_interval
+from sweep.methods.search.asked_trials import read_asked
 from sweep.methods.search.findings import Findings, plain, warnings
 from sweep.methods.search.objectives import Objective
 from sweep.methods.search.outcome import SEARCH, constraints
@@ -20,6 +23,7 @@ from sweep.methods.search.sentences import (
     verdict,
 )
 from sweep.spec import dump
+from sweep.tables import Report, StoredStudy, TextTable
 
 
 class ReportTable(NamedTuple):
@@ -44,6 +48,41 @@ class ReportTable(NamedTuple):
     note: str
     candidates: list[int]
     references: list[int]
+
+
+def search_report(study: StoredStudy) -> Report:
+    """Return the report of a search: its candidates, and how they were judged.
+
+    Raises
+    ------
+    ChoiceError
+        If the study is not a search, or `where` has restricted it.
+    StoreError
+        If the search has a statistic or distribution that is unknown here.
+    """
+    findings = Findings(study, read_asked(study))
+    parts: list[TextTable | str] = [
+        searched_text(findings),
+        "\n".join(f"note        {sentence}" for sentence in warnings(findings)),
+        best_text(findings),
+        *_text_tables(findings),
+        references_text(findings),
+        against_text(findings),
+    ]
+    spaced = [shown for part in parts if part for shown in (part, "")]
+    return Report(findings.candidates, report_facts(findings), spaced[:-1])
+
+
+def _text_tables(findings: Findings) -> Iterator[TextTable]:
+    """Give the tables of a report. The first names a candidate once, in a row of it."""
+    for place, table in enumerate(report_tables(findings)):
+        rows = table.rows
+        if place == 0:
+            rows = [
+                ["" if row[0] == above[0] else row[0], *row[1:]]
+                for above, row in pairwise([[""], *rows])
+            ]
+        yield TextTable(table.titles, rows, caption=table.note)
 
 
 def report_facts(findings: Findings) -> dict[str, Any]:

@@ -12,7 +12,7 @@ import pytest
 
 from kernels.catalogue import BUILT_IN
 from sweep.analysis.notation import with_interval
-from sweep.cli import search_report as report
+from sweep.methods.search import report
 from sweep.methods.search.objectives import Constraint, Objective, Statistic
 from sweep.methods.search.sentences import (
     edges,
@@ -22,6 +22,7 @@ from sweep.methods.search.sentences import (
 from sweep.spec.settings import Setting, settings_of
 from sweep.spec.strict_yaml import parse_document
 from tests.made_up_searches import GAIN, MEAN, MadeUp, rows, searched
+from tests.reports import as_text
 
 LOSS = Objective("loss", False, MEAN)
 ABOUT = {
@@ -35,7 +36,7 @@ ABOUT = {
 
 @pytest.fixture
 def said(monkeypatch: pytest.MonkeyPatch):
-    """The report of a made-up search in the words of `text`, and as JSON."""
+    """The report of a made-up search as text, and as JSON."""
     study = SimpleNamespace(
         name="my/gains",
         units={"gain": "%"},
@@ -60,7 +61,8 @@ def said(monkeypatch: pytest.MonkeyPatch):
                 asked.table.rename(columns=columns), about, asked.distributions
             ),
         )
-        return report.text(study), json.loads(report.as_json(study))
+        found = report.search_report(study)
+        return as_text(found), json.loads(found.to_json())
 
     return of
 
@@ -134,23 +136,6 @@ def test_it_says_what_was_searched_and_what_became_of_candidates(said) -> None:
         "raced out",
         "failed",
     ]
-
-
-@pytest.mark.parametrize("place", ["notebook", "FORCE_COLOR"])
-def test_it_is_the_same_text_everywhere(
-    said, place: str, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> None:
-    asked = searched(
-        candidate(0, 80.0), candidate(1, 70.0), candidate(2, 60.0, blocks=2, fresh=0)
-    )
-    plain, _ = said(asked)
-    if place == "notebook":
-        monkeypatch.setattr("rich.console._is_jupyter", lambda: True)
-    else:
-        monkeypatch.setenv("FORCE_COLOR", "1")
-    assert said(asked)[0] == plain
-    assert "held out" in plain
-    assert capfd.readouterr() == ("", "")
 
 
 def test_the_settings_of_the_winner_can_be_pasted_into_a_spec(said) -> None:
