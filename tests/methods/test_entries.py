@@ -1,6 +1,9 @@
 """A method is one entry: its reports are commands, and reports of a loaded study."""
 
 import json
+import os
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,8 +16,11 @@ from sweep.errors import ChoiceError
 from sweep.method import methods
 from sweep.spec.study import parse_spec
 from sweep.store.plan_about import PlanAbout
+from sweep.tables import StoredStudy
+from tests import ROOT
 from tests.commands import started_in_turn
 from tests.other_packages import install
+from tests.patience import PATIENCE
 from tests.studies import SMALL, launched
 
 COUNTING = '''"""How many trials there are, and whether they are many."""
@@ -134,11 +140,13 @@ METHOD = Method(reports=(repeats,), sections=sections)
 '''
 DOUBLING = '''"""A section whose strategy doubles the trials of each point."""
 
+import os
 from dataclasses import dataclass
 from functools import partial
 from typing import Annotated
 
 import numpy as np
+import pandas as pd
 from sweep.campaigns.design_plan import plan_tables
 from sweep.campaigns.progress import Progress
 from sweep.campaigns.strategy import Round
@@ -148,6 +156,7 @@ from sweep.method import Method
 from sweep.spec.contents import Whole
 from sweep.spec.keys import Key, LaterSectionOf, read_section
 from sweep.spec.section import SpecSection, recorded_rule
+from sweep.tables import Report
 
 
 @dataclass(frozen=True)
@@ -202,6 +211,8 @@ class Doubling:
             yield Round(ids[new], run, partial(plan_tables, ids, jobs))
             assert look()["speed"].to_numpy().min() > 0
             had = count
+            if os.environ.get("KILLED_AFTER") == str(count):
+                os._exit(9)
         self.progress.settled = self.design.n_points
 
 
@@ -215,6 +226,13 @@ def status(study):
     return {"doubled": f"{record['times']} times"} if record else {}
 
 
+def doubled(study):
+    """How often trials were doubled."""
+    times = study.about.sections["double"]["times"]
+    rows = pd.DataFrame({"times": [times], "trials": [len(study.trials)]})
+    return Report(rows, {"times": times}, [f"{times} times"])
+
+
 SECTION = SpecSection(
     Key(LaterSectionOf(Keys), "more trials", name="double", otherwise="none"),
     read=read,
@@ -223,9 +241,50 @@ SECTION = SpecSection(
     shape={"times": int},
     looks_at=lambda record: ("speed",),
 )
-METHOD = Method(sections=lambda: [SECTION], status=status)
+METHOD = Method(sections=lambda: [SECTION], status=status, reports=(doubled,))
 '''
+DOUBLED = '''"""Its kind of figure."""
+
+from sweep.figures import FigureKind
+from sweep.figures.curves import marks, plan
+
+KIND = FigureKind("curves of doubled trials", ("by",), plan, marks=marks)
+'''
+EXPLORED = """
+import json
+from pathlib import Path
+from sweep.explorer.asking import AskFigure
+from sweep.explorer.drawn import figure
+from sweep.explorer.watching import Watched
+
+answer = figure(Watched(Path("results")), AskFigure(study="small", kind="doubled"))
+print(json.dumps([answer["kinds"]["doubled"], answer["command"]]))
+"""
 BROKEN = "import nowhere_to_be_found"
+
+
+LAUNCHED = """
+import sys
+from sweep.cli import main
+
+sys.argv = ["sweep", "launch", "small.yaml", "--workers", "1"]
+main()
+"""
+
+
+def python_with(
+    packages: Path, folder: Path, code: str
+) -> subprocess.CompletedProcess[str]:
+    """What some code does in a folder, in a process that finds the packages too."""
+    path = os.pathsep.join([str(packages), str(ROOT)])
+    return subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+    )
 
 
 def test_a_method_of_a_package_is_a_command(tmp_path: Path) -> None:
@@ -361,6 +420,43 @@ def test_a_section_of_a_package_decides_which_trials_run(tmp_path: Path) -> None
     assert "doubled   2 times" in status.stdout
     assert "trials    24" in status.stdout
     assert table.stdout.count("\n") == 3
+
+
+def test_a_method_of_a_package_goes_through_a_kill_and_to_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its study is killed and resumed, packed and loaded; its report and its figure
+    are commands and pages.
+    """
+    offered = {
+        "boidsweep.methods": {"doubling": "doubling.method:METHOD"},
+        "boidsweep.figures": {"doubled": "doubling.figure:KIND"},
+    }
+    files = {"__init__.py": "", "method.py": DOUBLING, "figure.py": DOUBLED}
+    packages = install(tmp_path, offered, files, name="doubling")
+    (tmp_path / "small.yaml").write_text(f"{SMALL}double: {{times: 2}}\n")
+    with monkeypatch.context() as killing:
+        killing.setenv("KILLED_AFTER", "6")
+        killed = python_with(packages, tmp_path, LAUNCHED)
+    assert killed.returncode == 9
+    assert len(StoredStudy("small", tmp_path / "results").trials) == 12
+    launch, pack, load, report, plot = started_in_turn(
+        tmp_path,
+        packages,
+        ("launch", "small.yaml", "--workers", "1"),
+        ("pack", "small", "--to", "small.zip"),
+        ("load", "small.zip", "--results", "elsewhere"),
+        ("doubled", "small", "--results", "elsewhere", "--csv"),
+        ("plot", "small", "doubled", "--metric", "speed"),
+    )
+    assert "24 trials, 12 of them stored already" in launch.stderr
+    assert [one.returncode for one in (pack, load, plot)] == [0, 0, 0]
+    assert report.stdout == "times,trials\n2,24\n"
+    assert "doubled-speed.png" in plot.stdout
+    explored = python_with(packages, tmp_path, EXPLORED)
+    kind, command = json.loads(explored.stdout)
+    assert kind["text"] == "curves of doubled trials"
+    assert command.startswith("sweep plot small doubled")
 
 
 def test_a_section_that_cannot_be_and_a_second_rule_are_said(tmp_path: Path) -> None:
