@@ -14,9 +14,11 @@ import time
 from collections import Counter
 from collections.abc import Generator, Iterator
 from functools import cache
+from importlib import import_module
+from pkgutil import walk_packages
 from typing import Any
 
-import sweep  # noqa: F401  # isort: skip (closes the folder of kernels)
+import sweep  # isort: skip (closes the folder of kernels)
 import pytest
 from hypothesis import settings
 from numba.core.event import Event, Listener, register
@@ -162,6 +164,18 @@ def without_waiting() -> Iterator[None]:
         patch.setattr(provenance, "git_state", lambda folder: dict(state(folder)))
         patch.setattr(os, "fsync", os.fstat)
         yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def faces_are_whole() -> None:
+    """A face keeps each name that was taken. If a test replaced one behind the face,
+    what others get would depend on who took it first. So tests replace names of faces.
+    """
+    for module in walk_packages(sweep.__path__, "sweep."):
+        if module.ispkg:
+            package = import_module(module.name)
+            for name in getattr(package, "__all__", ()):
+                getattr(package, name)
 
 
 @pytest.fixture(scope="session", autouse=True)

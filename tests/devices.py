@@ -6,17 +6,16 @@ that a real one may have.
 
 import os
 import signal
-import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 import pytest
 
+from sweep import trial
 from sweep.design.jobs import Job
 from sweep.trial.result import Result
 from sweep.trial.simulation import run
@@ -152,16 +151,15 @@ def there(
     **names: Any,
 ) -> Iterator[None]:
     """Within it, `--executor cuda` finds a device here; commands use this process."""
-    module = ModuleType("sweep.trial.on_device")
     about = {
         "MOST_ON_DEVICE": 4,
         "DeviceTrials": lambda: device,
         "refusal_of": can_fly,
         "problem": lambda: problem,
     }
-    vars(module).update(about | names)
     with patch.context() as patched:
-        patched.setitem(sys.modules, module.__name__, module)
+        for name, value in (about | names).items():
+            patched.setitem(vars(trial), name, value)
         patched.setattr("sweep.workers.gpu.this_gpu", lambda: ABOUT)
         patched.setattr("sweep.workers.engines.find_spec", lambda name: name)
         patched.delenv("CUDA_VISIBLE_DEVICES", raising=False)

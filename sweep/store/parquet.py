@@ -83,18 +83,19 @@ def each(parts: Sequence[Location], read: Callable[[Location], T]) -> list[T]:
         return [read(part) for part in parts]
     results = dict[Location, T]()
 
+    def attempt(part: Location) -> UnreachableError | None:
+        try:
+            results[part] = read(part)
+        except UnreachableError as error:
+            return error
+        return None
+
     def read_the_rest() -> None:
         rest = [part for part in parts if part not in results]
-        unreachable: UnreachableError | None = None
         with ThreadPoolExecutor(REQUESTS_AT_ONCE) as threads:
-            futures = {part: threads.submit(read, part) for part in rest}
-        for part, future in futures.items():
-            try:
-                results[part] = future.result()
-            except UnreachableError as error:
-                unreachable = error
-        if unreachable:
-            raise unreachable
+            errors = [error for error in threads.map(attempt, rest) if error]
+        if errors:
+            raise errors[0]
 
     patiently(read_the_rest)
     return [results[part] for part in parts]

@@ -163,7 +163,7 @@ def test_of_the_programs_own_experiments_nothing_needs_to_be_said(
     folder: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("sweep.spec.built_in.EXPERIMENTS", folder)
+    monkeypatch.setattr("sweep.spec.EXPERIMENTS", folder)
     done = sweep(folder.parent, "reproduce", "--only", "tiny", "--scale", "quick")
     assert "this runs code" not in done.stderr
     assert "statements of tiny: " in done.stderr

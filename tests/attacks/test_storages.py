@@ -9,7 +9,7 @@ import optuna
 import pytest
 
 from sweep.errors import OutputError, StoreError
-from sweep.methods.search import export as module
+from sweep.methods.search import exporting as module
 from sweep.methods.search.exporting import PASSWORD, check_export
 from sweep.store.locations import location
 from tests.commands import sweep

@@ -13,7 +13,7 @@ import optuna
 import pytest
 
 from sweep.errors import OutputError
-from sweep.methods.search import export as module
+from sweep.methods.search import exporting as module
 from sweep.methods.search.exporting import check_export, export
 from sweep.methods.search.objectives import Constraint, Objective, Statistic
 from tests.made_up_searches import GAIN, MEAN, MadeUp, rows, searched

@@ -230,7 +230,7 @@ def test_reproduce_takes_the_built_in_studies_where_the_folder_has_none(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     built_in, here = experiments(tmp_path / "package"), tmp_path / "here"
-    monkeypatch.setattr("sweep.spec.built_in.EXPERIMENTS", built_in)
+    monkeypatch.setattr("sweep.spec.EXPERIMENTS", built_in)
     (here / "experiments" / "mine").mkdir(parents=True)
     done = sweep(here, "reproduce", "--scale", "quick")
     assert done.returncode == 0, done.stderr

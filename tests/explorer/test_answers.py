@@ -146,7 +146,7 @@ def test_the_command_below_a_figure_draws_that_figure(
         seen.extend((kind, plotted.shown(one.draw())) for kind, one in plot.figures)
         return []
 
-    monkeypatch.setattr(kinds, "draw_figures", drawn)
+    monkeypatch.setattr("sweep.figures.draw_figures", drawn)
     results = plotted.study(name).store.folder.parent
     given = [("study", name), ("half", "yes"), ("where", "separation_weight < 1.5")]
     figure = told(results, "figure", *given)

@@ -82,7 +82,7 @@ def test_a_worker_of_a_cluster_compiles_each_version_before_its_trials(
 ) -> None:
     """Else the compilation would count as time of a trial."""
     warmed = []
-    monkeypatch.setattr("sweep.trial.simulation.warm", warmed.append)
+    monkeypatch.setattr("sweep.trial.warm", warmed.append)
     monkeypatch.setattr(worker, "_compiled", set())
     jobs = []
     for name, changes in (("first", ()), ("second", (OTHER_RULE,))):

@@ -108,7 +108,7 @@ def test_a_comparison_takes_trials_of_one_phase(searched: StoredStudy) -> None:
     )
     found = compare_sides(chose, judged, "speed").rows
     candidates = [
-        set(side.trials["point"].map(side.study.candidate)) for side in (chose, judged)
+        set(side.trials["point"].map(side.study.undivided)) for side in (chose, judged)
     ]
     twice = candidates[0] & candidates[1]
     assert len(found) == len(twice) > 0

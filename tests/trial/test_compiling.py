@@ -81,7 +81,7 @@ def test_what_no_process_can_keep_is_compiled_before_the_clock_of_a_trial_runs(
             ran.append("noted")
             yield from jobs
 
-    monkeypatch.setattr(simulation, "warm", lambda _job: ran.append("compiled"))
+    monkeypatch.setattr("sweep.trial.warm", lambda _job: ran.append("compiled"))
     monkeypatch.setattr(worker, "_compiled", set())
     monkeypatch.setenv(NOTHING_IS_KEPT, "1")
     for _ in range(2):

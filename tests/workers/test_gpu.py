@@ -317,7 +317,7 @@ def test_without_a_gpu_the_command_ends_before_any_work(
 
 def test_a_gpu_is_named_with_its_driver(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("numba_cuda", reason="the extra `gpu` is not installed")
-    monkeypatch.setattr(on_device, "gpu", OfOneName)
+    monkeypatch.setattr("sweep.trial.gpu", OfOneName)
     gpu.this_gpu.cache_clear()
     try:
         found = gpu.this_gpu()
