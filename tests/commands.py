@@ -10,6 +10,7 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from contextlib import chdir, redirect_stderr, redirect_stdout
 from pathlib import Path
 
@@ -89,6 +90,14 @@ def started(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
+def run_trials_here(
+    patch: pytest.MonkeyPatch, make: Callable[[int], object] = Serial
+) -> None:
+    """Let launches run their trials in this process. Starting a worker takes longer."""
+    for name in ("sweep.workers.Loky", "sweep.workers.executors.Loky"):
+        patch.setattr(name, make)
+
+
 def sweep(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     """The finished command, run in `folder` within this process, and its trials too; an
     error in it is raised here.
@@ -101,7 +110,7 @@ def sweep(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
         redirect_stderr(errors),
     ):
         patch.setattr(sys, "argv", ["sweep", *arguments])
-        patch.setattr("sweep.workers.executors.Loky", Serial)
+        run_trials_here(patch)
         try:
             main()
         except SystemExit as ending:

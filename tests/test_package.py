@@ -25,9 +25,8 @@ from sweep.methods.search.asked_trials import read_asked
 from sweep.store.repository import git_state
 from sweep.text import installing
 from sweep.trial.compiled import OurKernels, check_kernels
-from sweep.workers.executors import Serial
 from tests import ROOT
-from tests.commands import python
+from tests.commands import python, run_trials_here
 from tests.studies import IMPOSSIBLE, SMALL, launched
 
 
@@ -144,7 +143,7 @@ for command in ("view", "show"):
 @pytest.fixture
 def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """Starting a worker takes longer than these trials."""
-    monkeypatch.setattr("sweep.workers.executors.Loky", Serial)
+    run_trials_here(monkeypatch)
 
 
 def test_run_in_two_workers_gives_the_bits_of_a_launch_in_one_process(

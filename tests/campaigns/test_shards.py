@@ -26,6 +26,7 @@ from sweep.store.shares import Share
 from sweep.store.store import Store
 from sweep.workers.executors import Serial
 from tests import ROOT
+from tests.commands import run_trials_here
 from tests.faults.campaign import tables
 from tests.patience import PATIENCE
 from tests.store.test_store import append, part_names
@@ -281,7 +282,7 @@ def test_the_command_runs_a_share_and_says_so(
     for text in ("1/2", "2/2"):
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr("sys.argv", [*command, text])
-            patch.setattr("sweep.workers.executors.Loky", lambda _workers: Serial())
+            run_trials_here(patch, lambda _workers: Serial())
             with suppress(SystemExit):
                 main()
         told.append(capsys.readouterr().err)

@@ -22,9 +22,9 @@ from sweep.cli.listing import model_settings, torus_text
 from sweep.cli.output import check_output_stream, flush_output, spelled
 from sweep.tables.means_text import INTERVALS
 from sweep.workers import flying
-from sweep.workers.executors import Loky, Serial
+from sweep.workers.executors import Loky
 from tests import ROOT
-from tests.commands import SWEEP, sweep
+from tests.commands import SWEEP, run_trials_here, sweep
 from tests.commands import started as finished
 from tests.faults.campaign import LAUNCH, workers
 from tests.faults.jobs import run_or_die
@@ -175,7 +175,7 @@ def test_output_that_cannot_be_written_is_one_line(
     folder: Path, arguments: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sys, "argv", ["sweep", *arguments])
-    monkeypatch.setattr("sweep.workers.executors.Loky", Serial)
+    run_trials_here(monkeypatch)
     errors = StringIO()
     with (
         Path("/dev/full").open("w") as full,

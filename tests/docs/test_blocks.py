@@ -16,9 +16,8 @@ from sweep.cli import app
 from sweep.design.design import expand
 from sweep.own_code.reading import load_specs
 from sweep.spec.settings import settings_of
-from sweep.workers.executors import Serial
 from tests.cases import slow_but
-from tests.commands import sweep
+from tests.commands import run_trials_here, sweep
 from tests.plotted import SEARCHED
 from tests.searches import asked_by
 from tests.studies import SMALL, launched
@@ -102,7 +101,7 @@ def read_whole(spec: str) -> None:
 def run_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], PageRun]:
     """The run of a page in an empty folder; its trials run in this process."""
     monkeypatch.setenv("COLUMNS", "100")
-    monkeypatch.setattr("sweep.workers.executors.Loky", Serial)
+    run_trials_here(monkeypatch)
 
     def begun(page: str) -> PageRun:
         for spec in STUDIES.get(page, ()):

@@ -20,8 +20,9 @@ from sweep.own_code.catalogue import _loaded
 from sweep.own_code.reading import load_spec, named_model
 from sweep.spec.study import parse_spec
 from sweep.tables.stored_study import StoredStudy
-from sweep.workers.executors import Loky, Serial
+from sweep.workers.executors import Loky
 from tests import ROOT
+from tests.commands import run_trials_here
 from tests.own_models import (
     OTHER_METRIC,
     OTHER_RULE,
@@ -228,7 +229,7 @@ def test_a_model_of_another_name_is_another_model(tmp_path: Path) -> None:
 def test_an_edit_between_two_runs_of_one_process_gives_new_numbers(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("sweep.workers.executors.Loky", Serial)
+    run_trials_here(monkeypatch)
     spec, results = written(tmp_path), tmp_path / "results"
     first = sweep.run(spec, results, workers=1)
     edited(tmp_path, *OTHER_RULE)

@@ -32,6 +32,7 @@ from sweep.store.store import Store
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.executors import Serial
 from tests import ROOT
+from tests.commands import run_trials_here
 from tests.commands import sweep as command
 from tests.faults import campaign
 from tests.faults.campaign import tables
@@ -634,9 +635,8 @@ def test_python_takes_the_same_places(
     bucket: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     import sweep
-    from sweep.workers.executors import Serial
 
-    monkeypatch.setattr("sweep.workers.executors.Loky", Serial)
+    run_trials_here(monkeypatch)
     monkeypatch.chdir(tmp_path)
     study = sweep.run(SMALL, results=bucket)
     assert len(study.trials) == 6
