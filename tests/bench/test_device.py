@@ -166,7 +166,7 @@ def test_files_have_the_name_of_the_gpu(tmp_path: Path) -> None:
 def test_without_a_gpu_one_line_says_so(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("sweep.trial.problem", lambda: "no driver of a GPU is found")
+    monkeypatch.setattr(on_device, "problem", lambda: "no driver of a GPU is found")
     assert device.device() == 0
     assert capsys.readouterr().out == (
         "device: no driver of a GPU is found, skipped; --emulated runs all on the"
