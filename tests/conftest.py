@@ -174,7 +174,7 @@ def faces_are_whole() -> None:
     for module in walk_packages(sweep.__path__, "sweep."):
         if module.ispkg:
             package = import_module(module.name)
-            for name in getattr(package, "__all__", ()):
+            for name in dir(package):
                 getattr(package, name)
 
 

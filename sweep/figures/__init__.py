@@ -29,7 +29,43 @@ import lazy_loader
 
 from sweep.method import own_methods
 
-_own, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+_own, __dir__, _ = lazy_loader.attach_stub(__name__, __file__)
+__all__ = [
+    "BLUE",
+    "COLOURS",
+    "GREEN",
+    "GREY",
+    "KINDS",
+    "LINE_STYLES",
+    "NAME",
+    "ORANGE",
+    "PURPLE",
+    "SKY",
+    "STYLE",
+    "VERMILION",
+    "Choices",
+    "Drawing",
+    "FigureKind",
+    "Planned",
+    "coverage_figure",
+    "draw_flock",
+    "draw_map",
+    "draw_values",
+    "draw_visits",
+    "heatmap_figure",
+    "legend",
+    "metric_curves",
+    "name_rows",
+    "note",
+    "parallel_figure",
+    "pareto_figure",
+    "quantity",
+    "save",
+    "saved_about",
+    "scatter_figure",
+    "trajectories_figure",
+    "words",
+]  # for users; the stub has also what other packages take
 
 
 def __getattr__(name: str) -> Any:

@@ -132,6 +132,7 @@ WORDS_OF_ENTRIES = {
         "sweep/spec/recorded.py",
         "sweep/tables/means_text.py",
     },
+    "curves": {"sweep/analysis/__init__.py"},  # a name of its face
     "collapse": {"sweep/methods/scaling/report.py"},  # a key of its JSON
     "front": {
         "sweep/methods/search/report.py",  # a part of the report
