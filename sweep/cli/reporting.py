@@ -152,7 +152,12 @@ def _rich_table(table: "TextTable") -> "Table":
     caption = table.caption or None
     shown = Table(title=table.title or None, caption=caption, **layout)
     for name in table.columns:
-        shown.add_column(name, justify="right" if name in table.right else "left")
+        # A cell that is too wide takes more lines, so that no digit is lost.
+        shown.add_column(
+            name,
+            justify="right" if name in table.right else "left",
+            overflow="fold",
+        )
     for number, row in enumerate(table.rows):
         if number in table.sections:
             shown.add_section()
