@@ -19,7 +19,7 @@ from sweep.cli.app import (
     app,
     stop,
 )
-from sweep.cli.engines import LOCAL, engine, engine_names
+from sweep.cli.engines import LOCAL, Address, SchedulerFile, engine, engine_names
 from sweep.cli.reporting import Where
 from sweep.text import so_many
 
@@ -118,7 +118,7 @@ def verify(
     executor: Annotated[
         str | None,
         typer.Option(
-            metavar="cpu|cuda|NAME",
+            metavar="cpu|dask|cuda|NAME",
             autocompletion=engine_names,
             help=(
                 "Where they fly again, processors or another engine; the sample is then"
@@ -127,6 +127,8 @@ def verify(
             ),
         ),
     ] = None,
+    address: Address = None,
+    scheduler_file: SchedulerFile = None,
     results: Results = Path("results"),
     trust: Trust = False,
 ) -> None:
@@ -138,7 +140,7 @@ def verify(
     from sweep.replays import verify as check
     from sweep.tables import StoredStudy
 
-    with engine(executor or LOCAL, workers) as factory:
+    with engine(executor or LOCAL, workers, address, scheduler_file) as factory:
         verification = check(
             StoredStudy(study, results, trust=trust),
             factory,

@@ -53,6 +53,9 @@ def test_the_command_gives_the_bits_of_a_launch_here_and_refuses_workers_of_othe
             0,
             True,
         ), done.stderr
+        again = "verify", "small", *words[2:], made.address, "--fraction", "1"
+        verified = sweep(tmp_path, *again, "--results", "there")
+        assert "6 of 6 the same" in verified.stdout, verified.stderr
         made.start_worker(PYTHONPATH=str(edited_copy(tmp_path)))
         until(lambda: "Registered to" in log(made, 2), "another worker joins")
         refused = sweep(tmp_path, *words, made.address, "--results", "elsewhere")

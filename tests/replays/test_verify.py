@@ -442,6 +442,22 @@ def test_the_command_says_where_trials_flew_and_fly(
     assert (here.returncode, "that a processor flew" in here.stdout) == (0, True)
 
 
+def test_the_command_takes_every_engine_and_says_what_one_lacks(
+    mixed: StoredStudy,
+) -> None:
+    """What it says to give is an option of this command."""
+    folder = mixed.store.folder.parent.parent
+    names = "verify", mixed.name, "--results", str(mixed.store.folder.parent)
+    unknown = sweep(folder, *names, "--executor", "cudda")
+    assert 'unknown executor "cudda"; did you mean "cuda"?' in unknown.stderr
+    lacking = sweep(folder, *names, "--executor", "dask")
+    assert "--address tcp://HOST:PORT or --scheduler-file FILE" in lacking.stderr
+    nowhere = "--executor", "dask", "--scheduler-file", "none.json"
+    given = sweep(folder, *names, *nowhere)
+    assert "none.json" in given.stderr
+    assert [done.returncode for done in (unknown, lacking, given)] == [2, 2, 2]
+
+
 def test_a_torus_of_an_earlier_version_stays_what_it_was(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
