@@ -75,7 +75,7 @@ from tests.specs import short
 
 def test_an_entry_says_what_it_is_and_a_guide_names_it() -> None:
     """But for starts, which are choices of a setting, as `sweep models` lists them."""
-    pages = [ROOT / "README.md", ROOT / "GUIDE.md"]
+    pages = [ROOT / "README.md", *ROOT.glob("docs/guide/*.md")]
     guide = "".join(page.read_text(encoding="utf-8") for page in pages)
     entries = [one for registry in REGISTRIES for one in registry.items()]
     named = [name for registry in REGISTRIES[1:] for name in registry]

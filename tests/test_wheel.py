@@ -124,7 +124,7 @@ def test_a_wheel_has_the_pages_that_are_topics_and_no_others(installed: Path) ->
     docs = installed / "sweep" / "docs"
     brought = {path.relative_to(docs).as_posix() for path in docs.rglob("*.*")}
     topics = {topic.path.removeprefix("docs/") for topic in all_topics().values()}
-    assert brought == topics - {"GUIDE.md"}
+    assert brought == topics
 
 
 @pytest.mark.slow

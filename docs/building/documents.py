@@ -12,8 +12,6 @@ from pathlib import Path, PurePosixPath
 from posixpath import normpath, relpath
 
 ROOT = Path(__file__).parents[2]
-GUIDE = "GUIDE.md"
-HOW_TO = "how-to/"
 COPIES = "_files"
 """The folder of copies in the sources of the site."""
 
@@ -51,8 +49,8 @@ def chapters(text: str) -> dict[str, str]:
 def pages_of_documents() -> dict[str, str]:
     """The page of each document: its path in the repository, and the name of its page.
 
-    GUIDE.md has a page for each chapter; so has the README none of its own: `from` in
-    a comment takes a chapter of it into a page.
+    The README and GUIDE.md, which lists the guide, have none of their own. `from` in a
+    comment takes a chapter of a document into a page.
     """
     within = {
         path.relative_to(ROOT).as_posix(): _page_in_docs(path)
@@ -67,7 +65,7 @@ def pages_of_documents() -> dict[str, str]:
         | studies
         | {
             "README.md": "index",
-            GUIDE: f"{HOW_TO}index",
+            "GUIDE.md": "guide/index",
             "examples/README.md": "examples",
             "CHANGELOG.md": "changes",
             "CONTRIBUTING.md": "contributing",
@@ -93,26 +91,10 @@ class Documents:
     def written(self) -> Iterator[tuple[str, str]]:
         """The name and the text of each page."""
         for path, page in self.pages.items():
-            if path not in ("README.md", GUIDE):
+            if path not in ("README.md", "GUIDE.md"):
                 text = self.adapted(read(path), path, page)
                 folder = PurePosixPath(path).match("docs/*/README.md")
                 yield page, text + WHOLE_FOLDER * folder
-        yield from self._guide()
-
-    def _guide(self) -> Iterator[tuple[str, str]]:
-        """A page for each chapter of the guide, and one that lists them."""
-        parts = chapters(read(GUIDE))
-        first = parts.pop("").partition("\n- [")[0].replace("# The guide", "# How to")
-        listed = "\n".join(slug(name) for name in parts)
-        page = f"{HOW_TO}index"
-        yield (
-            page,
-            self.adapted(first, GUIDE, page) + f"\n```{{toctree}}\n{listed}\n```\n",
-        )
-        for name, text in parts.items():
-            page = HOW_TO + slug(name)
-            raised = re.sub(r"^#(#+ )", r"\1", text, flags=re.MULTILINE)
-            yield page, f"# {name}\n{self.adapted(raised, GUIDE, page)}"
 
     def adapted(self, text: str, path: str, page: str) -> str:
         """The text of the document `path` for its page: chapters of others are taken
@@ -140,7 +122,8 @@ class Documents:
         if (ROOT / target / "README.md").is_file():
             target = normpath(f"{target}/README.md")
         if target in self.pages:
-            place, chapter = self._place(target, chapter)
+            place = self.pages[target]
+            chapter = chapter if target != "README.md" else ""
             name = relpath(place, PurePosixPath(page).parent) + ".md"
             here = place == page and chapter
             return f"[{text}]({chapter if here else name + chapter})"
@@ -149,15 +132,3 @@ class Documents:
             return text
         self.copies[f"{COPIES}/{target}"] = file
         return f"{image}[{text}](/{COPIES}/{target})"
-
-    def _place(self, target: str, chapter: str) -> tuple[str, str]:
-        """The page, and the chapter of it, that stand for a chapter of a document."""
-        if target != GUIDE or not chapter:
-            return self.pages[target], chapter if target != "README.md" else ""
-        for name, text in chapters(read(GUIDE)).items():
-            if slug(name) == chapter[1:]:
-                return HOW_TO + slug(name), ""
-            headings = re.findall(r"^###+ (.*)$", text, re.MULTILINE)
-            if chapter[1:] in map(slug, headings):
-                return HOW_TO + slug(name), chapter
-        return self.pages[target], ""

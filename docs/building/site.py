@@ -19,6 +19,7 @@ from docs.building.blocks import BlockError, PageRun, blocks
 from docs.building.documents import ROOT, Documents, read
 from docs.building.gallery import gallery_page
 from docs.building.reference import reference_pages
+from sweep.cli.topics import GUIDE, ONCE
 from sweep.own_code.reading import study_of
 
 BUILD = ROOT / "build"
@@ -53,7 +54,9 @@ def build(folder: Path = BUILD) -> int:
         for one in ran:
             one.result()
     (sources / f"{name}.md").write_text(text, encoding="utf-8")
-    return sphinx(sources, site)
+    code = sphinx(sources, site)
+    write_moved(site)
+    return code
 
 
 def write(documents: Documents, sources: Path) -> None:
@@ -62,6 +65,20 @@ def write(documents: Documents, sources: Path) -> None:
         _place(sources / f"{page}.md").write_text(text, encoding="utf-8")
     for copy, original in documents.copies.items():
         copyfile(original, _place(sources / copy))
+
+
+def write_moved(site: Path) -> None:
+    """Write a page at each address that a page of the guide had, which leads to it."""
+    for path in sorted((ROOT / "docs" / GUIDE).glob("*.md")):
+        place = f"../{GUIDE}/{path.stem}.html"
+        names = ONCE.findall(path.read_text(encoding="utf-8")) or [path.stem]
+        for name in names:
+            _place(site / "how-to" / f"{name}.html").write_text(
+                f'<!doctype html><meta charset="utf-8"><title>Moved</title>'
+                f'<meta http-equiv="refresh" content="0; url={place}">'
+                f'<link rel="canonical" href="{place}"><a href="{place}">Moved</a>\n',
+                encoding="utf-8",
+            )
 
 
 def _place(path: Path) -> Path:

@@ -1,4 +1,4 @@
-"""The command that shows the guide: its chapters, and the linked pages."""
+"""The command that shows the guide: its pages, and the linked ones."""
 
 import re
 from typing import Annotated
@@ -7,7 +7,14 @@ import typer
 
 from sweep.cli.app import app
 from sweep.cli.completing import guide_topics
-from sweep.cli.topics import Topic, all_topics, readable, search, slug
+from sweep.cli.topics import (
+    Topic,
+    all_topics,
+    earlier_names,
+    readable,
+    search,
+    slug,
+)
 from sweep.errors import ChoiceError
 from sweep.text import shortened, similar, unknown
 
@@ -63,7 +70,7 @@ def _chosen(topic: str, topics: dict[str, Topic]) -> str:
 
     Raises ChoiceError if there is none.
     """
-    link = slug(topic)
+    link = earlier_names(topics).get(slug(topic), slug(topic))
     exact = [name for name in topics if name == link]
     begin = [name for name in topics if name.startswith(link)]
     within = [name for name in topics if link in name.split("-")]

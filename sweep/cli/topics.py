@@ -1,4 +1,4 @@
-"""The topics of the guide, in a form for a terminal: its chapters and pages of docs.
+"""The topics of the guide, in a form for a terminal: its pages, and others of docs.
 
 Parts for the site or a checkout alone, such as figures and lists of pages, are left
 out. A link between topics becomes the command that shows the other topic.
@@ -6,15 +6,20 @@ out. A link between topics becomes the command that shows the other topic.
 
 import re
 from collections.abc import Callable, Iterator
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 from posixpath import normpath
 from typing import NamedTuple
 
-from sweep.spec import DOCS, GUIDE
+from sweep.spec import DOCS
 
 FENCE = "```"
-FOLDERS = ("tutorials", "explanations")
+GUIDE = "guide"
+INDEX = "index.md"
+FOLDERS = (GUIDE, "tutorials", "explanations")
 """Folders in docs whose pages are topics; others are for developers or the site."""
+LISTED = re.compile(r"^- \[[^\]]*\]\(([\w-]+\.md)\)", re.MULTILINE)
+ONCE = re.compile(r"^<!-- once: ([\w-]+) -->$", re.MULTILINE)
+"""A name that a page had before."""
 FENCED = re.compile(r"(^(```+)[^`\n]*\n.*?^\2$\n?)", re.MULTILINE | re.DOTALL)
 DIRECTIVE = re.compile(r"```\{(?P<name>\w+)\}[^\n]*\n(?P<text>.*?)^```", re.M | re.S)
 NAMED = re.compile(r"^<!-- file: ([^>]*?) -->$", re.MULTILINE)
@@ -49,41 +54,32 @@ class FoundLine(NamedTuple):
 
 
 def all_topics() -> dict[str, Topic]:
-    """Return all topics by their names.
+    """Return all topics by their names, first the pages of the guide in their order.
 
-    A chapter of the guide has the name of its link, a page of docs that of its file,
-    and a list of pages that of its folder.
+    A page has the name of its file, and a list of pages that of its folder.
     """
-    guide = GUIDE.read_text(encoding="utf-8")
-    topics = {
-        slug(chapter.title): chapter
-        for chapter in (Topic("GUIDE.md", text) for text in chapters(guide))
-    }
-    pages = sorted(DOCS.glob("*.md"))
+    pages = [DOCS / GUIDE / link for link in LISTED.findall(_read(DOCS / GUIDE / INDEX))]
+    pages += sorted(DOCS.glob("*.md"))
     for folder in FOLDERS:
         pages += sorted((DOCS / folder).glob("*.md"))
+    topics = dict[str, Topic]()
     for page in pages:
         path = PurePosixPath("docs", page.relative_to(DOCS).as_posix())
-        if path != PurePosixPath("docs/index.md"):
-            name = path.parent.name if path.stem == "index" else path.stem
-            topics[name] = Topic(str(path), page.read_text(encoding="utf-8"))
+        if path != PurePosixPath("docs", INDEX):
+            name = path.parent.name if path.name == INDEX else path.stem
+            topics.setdefault(name, Topic(str(path), _read(page)))
     return topics
 
 
-def chapters(text: str) -> list[str]:
-    """Return the chapters of a page, each with its heading, which begins with `## `.
+def _read(page: Path) -> str:
+    return page.read_text(encoding="utf-8")
 
-    A line in a block of code is no heading.
-    """
-    chapters: list[list[str]] = []
-    in_code = False
-    for line in text.splitlines(keepends=True):
-        in_code ^= line.startswith(FENCE)
-        if line.startswith("## ") and not in_code:
-            chapters.append([])
-        if chapters:
-            chapters[-1].append(line)
-    return ["".join(lines).rstrip() + "\n" for lines in chapters]
+
+def earlier_names(topics: dict[str, Topic]) -> dict[str, str]:
+    """Return the names of topics by those that they had before, which still work."""
+    return {
+        once: name for name, topic in topics.items() for once in ONCE.findall(topic.text)
+    }
 
 
 def slug(heading: str) -> str:

@@ -17,7 +17,6 @@ from .built_in import CITATION as CITATION
 from .built_in import DOCS as DOCS
 from .built_in import EXAMPLES as EXAMPLES
 from .built_in import EXPERIMENTS as EXPERIMENTS
-from .built_in import GUIDE as GUIDE
 from .contents import SHARE as SHARE
 from .contents import Content as Content
 from .contents import EntryOf as EntryOf

@@ -21,6 +21,5 @@ EXAMPLES = _place("examples")
 """Custom models, metrics and maps, the way users write them."""
 CITATION = _place("CITATION.cff")
 """The citation of the program."""
-GUIDE = _place("GUIDE.md")
 DOCS = _place("docs")
-"""Folder of the pages that the guide links to."""
+"""Folder of the guide, and of the pages to which it links."""

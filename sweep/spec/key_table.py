@@ -13,7 +13,7 @@ HEAD = """\
 # The keys of a spec
 
 `make documents` writes this page from the descriptions of the keys.
-[GUIDE.md](../GUIDE.md#writing-a-spec) shows how to use them, and `sweep models MODEL`
+[Writing a spec](guide/writing-a-spec.md) shows how to use them, and `sweep models MODEL`
 lists the settings of a model. A dot leads to a key of a mapping, NAME stands for a
 name of yours, and [] for each part of a list. What stands under an axis, as
 `sweep.NAME` and `search.over.NAME` are, has a table of its own. What must be given must

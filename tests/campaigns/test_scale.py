@@ -41,7 +41,7 @@ finally:
     print("peak", most_megabytes(), "MB", file=sys.stderr)
 """
 MOST_MEGABYTES = 400
-"""GUIDE.md promises it of the launching process, as a worker takes up to as much: so a
+"""The guide promises it of the launching process, as a worker takes up to as much: so a
 launch needs no larger machine than one more worker would. The libraries take 200 MB of
 it, and the compiled model 50.
 """

@@ -12,7 +12,7 @@ import pytest
 
 from tests import ROOT
 
-DOCUMENT = ROOT / "GUIDE.md"
+DOCUMENT = ROOT / "docs" / "guide" / "clusters.md"
 
 
 @pytest.fixture

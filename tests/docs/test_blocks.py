@@ -22,9 +22,10 @@ from tests.plotted import SEARCHED
 from tests.searches import asked_by
 from tests.studies import SMALL, launched
 
+GUIDE = "docs/guide/"
 PAGES = [path for path in pages_of_documents() if list(blocks(path, read(path)))]
 LONG = {
-    "GUIDE.md",
+    *(page for page in PAGES if page.startswith(GUIDE)),
     "docs/recipes.md",
     "docs/tutorials/one-question.md",
     "docs/tutorials/own-model.md",
@@ -67,7 +68,11 @@ FIRST, SECOND = (
 )
 STUDIES = {
     "README.md": [RECORDED.replace("replicates: 10", "replicates: 4")],
-    "GUIDE.md": [RECORDED, ROOM, SAMPLED, FIRST, SECOND],
+    **{
+        page: [RECORDED, ROOM, SAMPLED, FIRST, SECOND]
+        for page in PAGES
+        if page.startswith(GUIDE)
+    },
 }
 """Small studies of the names that these pages load, which they do not launch."""
 
@@ -106,7 +111,7 @@ def run_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], P
     def begun(page: str) -> PageRun:
         for spec in STUDIES.get(page, ()):
             launched(spec, tmp_path / "results")
-        if page == "GUIDE.md":
+        if page.startswith(GUIDE):
             gains = SEARCHED.replace("study: searched", "study: my/gains")
             asked_by(gains, tmp_path / "results")
             (tmp_path / "spec.yaml").write_text(SMALL, encoding="utf-8")
