@@ -1,0 +1,96 @@
+"""Prose that readers of a second language follow: what the style sheet limits, measured.
+
+`python -m tests.house.prose FILE...` prints what a file has.
+"""
+
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+MOST_PRONOUNS = 35
+"""Per 1,000 words. Guides of uv, xarray, Mesa and FLAME GPU have 23 to 27."""
+LONGEST = 30
+"""Words of a sentence."""
+FEWEST_WORDS = 100
+"""A shorter text has no density of pronouns."""
+PRONOUNS = re.compile(
+    r"\b(it|its|itself|they|them|their|theirs|themselves|what|whatever|who|whoever|whom"
+    r"|whose|such(?! as)|(?:that|those) of|these|those|this(?= (?:is|was|has))|others?"
+    r"|ones?(?= )|the same|none|nothing|nobody|everybody|so is|likewise|alike|both)\b",
+    re.IGNORECASE,
+)
+BANNED = {
+    r"fl(?:y|ies|own|ew|ights?)": "run, trial",
+    r"the same bits|every bit|to the (?:last )?bit": "bitwise identical",
+    r"go(?:es)? on": "resume, continue",
+    r"anew": "again",
+    r"of (?:your|our|their|its) own|of ours|of yours": "custom, built-in",
+    r"whole numbers?": "integer",
+    r"hold together": "simultaneous",
+    r"mends?|mended": "fix",
+    r"way out": "fix",
+    r"stands?|lies": "is",
+    r"is said|are said|says so": "is reported",
+    r"refuse[sd]?": "rejects",
+    r"\w+, as (?:in )?CODE": "such as",
+}
+"""Words of the house, and those of the field."""
+NOT_PROSE = re.compile(
+    r"^(?P<fence>`{3,}).*?^(?P=fence)`*[ \t]*$|<!--.*?-->|^[|#:][^\n]*$",
+    re.MULTILINE | re.DOTALL,
+)
+LINK = re.compile(r"!?\[([^\]]*)\]\([^)]*\)")
+CODE = re.compile(r"`[^`]*`")
+ITEM = re.compile(r"^\s*(?:[-*]|\d+\.) ", re.MULTILINE)
+END = re.compile(r"(?<=[.!?:])[\"')*]*\s+(?=[\"'(*`A-Z0-9])|\n\s*\n")
+WORD = re.compile(r"[A-Za-z][\w'-]*|\d[\d,.]*")
+
+
+class Measured(NamedTuple):
+    """What a text has: words, pronouns per 1,000, long sentences, and banned words."""
+
+    words: int
+    pronouns: float
+    long: list[str]
+    banned: list[str]
+
+
+def prose(text: str) -> str:
+    """The sentences of a page, without code, tables, headings and addresses."""
+    kept = NOT_PROSE.sub("", text)
+    return ITEM.sub("\n\n", LINK.sub(r"\1", CODE.sub("CODE", kept)))
+
+
+def sentences(text: str) -> Iterator[str]:
+    for sentence in END.split(prose(text)):
+        if words := " ".join(sentence.split()):
+            yield words
+
+
+def measured(text: str) -> Measured:
+    whole = prose(text)
+    words = len(WORD.findall(whole))
+    pronouns = 1000 * len(PRONOUNS.findall(whole)) / max(words, 1)
+    long = [one for one in sentences(text) if len(WORD.findall(one)) > LONGEST]
+    banned = [
+        f'"{hit[0]}": {instead}'
+        for pattern, instead in BANNED.items()
+        for hit in re.finditer(rf"\b(?:{pattern})(?!\w)", whole, re.IGNORECASE)
+    ]
+    return Measured(words, pronouns, long, banned)
+
+
+def main() -> None:
+    for name in sys.argv[1:]:
+        found = measured(Path(name).read_text(encoding="utf-8"))
+        print(f"{name}: {found.words} words, {found.pronouns:.0f} pronouns per 1,000")
+        for sentence in found.long:
+            print(f"    long: {sentence}")
+        for word in found.banned:
+            print(f"    {word}")
+
+
+if __name__ == "__main__":
+    main()
