@@ -213,7 +213,7 @@ def test_its_description_leads_to_no_file_that_a_registry_lacks(
     assert "![" not in text
     assert "](" in readme
     assert "*(Picture: The first 240 steps of that run, as an animation that " in text
-    assert "writes a model of your own, a file of about 100 lines" in text
+    assert "writes a custom model, a file of about 100 lines" in text
     blocks = re.findall(r"```.*?```", readme, re.DOTALL)
     assert blocks == re.findall(r"```.*?```", text, re.DOTALL)
     assert len(blocks) > 3

@@ -7,7 +7,9 @@ from collections.abc import Iterator
 
 from tests.house.sources import Checkout, Finding, called
 
-PROJECT, TEXT, START = "pyproject.toml", "sweep/text.py", "docs/start.md"
+PROJECT, TEXT, INSTALL = "pyproject.toml", "sweep/text.py", "docs/install.md"
+OF_CLONES = ("README.md", INSTALL)
+"""They say how a clone is installed."""
 DOCUMENTS = ("*.md", "docs/*.md", "notebooks/*.*")
 NAMED = re.compile(r"boidsweep\[([a-z,]+)\]")
 OF_A_CLONE = re.compile(r"pip install \\?[\"']?\.\[")
@@ -53,12 +55,14 @@ def documents_name_extras_that_there_are(checkout: Checkout) -> Iterator[Finding
         for found in NAMED.finditer(document.text):
             for name in set(found[1].split(",")) - extras:
                 yield document.finding(found.start(), f"there is no extra {name}")
+        if document.name in OF_CLONES:
+            continue
         for found in OF_A_CLONE.finditer(document.text):
             yield document.finding(found.start(), "installs from the folder of a clone")
 
 
 def every_extra_has_a_row(checkout: Checkout) -> Iterator[Finding]:
-    document = checkout.document(START)
+    document = checkout.document(INSTALL)
     rows = " ".join(ROW.findall(document.text))
     listed = set(re.findall(r"`(\w+)`", rows))
     for name in extras_of(checkout) ^ listed:

@@ -60,6 +60,21 @@ def test_the_readme_says_what_is_judged_and_what_came_out() -> None:
     assert found[0] == headline(publications, verdicts)
 
 
+def test_the_readme_has_the_sums_of_its_headline() -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    found = BLOCK.search(readme)
+    assert found
+    counts = [dict(list(row.items())[1:]) for row in rows(found[0])]
+    sums = {name: sum(int(row[name]) for row in counts) for name in counts[0]}
+    assert (sums["not run"], sums["partial"]) == (0, 0)
+    assert (
+        f"Of {sums['statements']} [statements of six of them](#the-studies),"
+        f" simulations confirm {sums['confirmed']} and refute {sums['refuted']};"
+        f" {sums['undecided']} are undecided, and {sums['not testable']} are"
+        " not testable."
+    ) in " ".join(readme.split())
+
+
 def test_statements_are_counted_once(tmp_path: Path) -> None:
     (one,) = tiny(tmp_path, OTHERS)
     assert counted(one) == {"statement": 1, "exact": 0, "hypothesis": 1, "fit": 0}
