@@ -172,7 +172,7 @@ def maps_page() -> str:
     starts = [(code(name), one.text, one.source) for name, one in STARTS.items()]
     return (
         "# Maps and starts\n\n## Maps\n\nA map is the obstacles of a world: the setting"
-        " `map`. A spec can bring [maps of its own](../guide/writing-a-spec.md).\n\n"
+        " `map`. A spec can bring [custom maps](../guide/custom-maps.md).\n\n"
         + table(["map", "what it is", "size", "source"], maps)
         + "\n## Starts\n\nA start is how the first positions and velocities are drawn:"
         " the setting `start_draws`.\n\n"

@@ -58,7 +58,9 @@ def all_topics() -> dict[str, Topic]:
 
     A page has the name of its file, and a list of pages that of its folder.
     """
-    pages = [DOCS / GUIDE / link for link in LISTED.findall(_read(DOCS / GUIDE / INDEX))]
+    pages = [
+        DOCS / GUIDE / link for link in LISTED.findall(_read(DOCS / GUIDE / INDEX))
+    ]
     pages += sorted(DOCS.glob("*.md"))
     for folder in FOLDERS:
         pages += sorted((DOCS / folder).glob("*.md"))
@@ -78,7 +80,9 @@ def _read(page: Path) -> str:
 def earlier_names(topics: dict[str, Topic]) -> dict[str, str]:
     """Return the names of topics by those that they had before, which still work."""
     return {
-        once: name for name, topic in topics.items() for once in ONCE.findall(topic.text)
+        earlier: name
+        for name, topic in topics.items()
+        for earlier in ONCE.findall(topic.text)
     }
 
 

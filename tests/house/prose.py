@@ -1,4 +1,4 @@
-"""Prose that readers of a second language follow: what the style sheet limits, measured.
+"""Prose that readers of a second language follow: limits of the style sheet.
 
 `python -m tests.house.prose FILE...` prints what a file has.
 """
@@ -9,6 +9,28 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from tests.house.sources import Checkout, Finding
+
+DOCUMENTS = (
+    "README.md",
+    "docs/*.md",
+    "docs/guide/*.md",
+    "docs/tutorials/*.md",
+    "docs/explanations/*.md",
+)
+NOT_YET = {
+    "docs/json.md",
+    "docs/keys.md",
+    "docs/own-models.md",
+    "docs/published.md",
+    "docs/recipes.md",
+    "docs/scorecard.md",
+    "docs/speed.md",
+    "docs/systems.md",
+    "docs/trust.md",
+    "docs/words.md",
+}
+"""Documents that still have to be rewritten."""
 MOST_PRONOUNS = 35
 """Per 1,000 words. Guides of uv, xarray, Mesa and FLAME GPU have 23 to 27."""
 LONGEST = 30
@@ -49,12 +71,14 @@ WORD = re.compile(r"[A-Za-z][\w'-]*|\d[\d,.]*")
 
 
 class Measured(NamedTuple):
-    """What a text has: words, pronouns per 1,000, long sentences, and banned words."""
+    """What a text has: words, pronouns per 1,000, long sentences, and banned words with
+    the terms in their place.
+    """
 
     words: int
     pronouns: float
     long: list[str]
-    banned: list[str]
+    banned: list[tuple[str, str]]
 
 
 def prose(text: str) -> str:
@@ -75,11 +99,29 @@ def measured(text: str) -> Measured:
     pronouns = 1000 * len(PRONOUNS.findall(whole)) / max(words, 1)
     long = [one for one in sentences(text) if len(WORD.findall(one)) > LONGEST]
     banned = [
-        f'"{hit[0]}": {instead}'
+        (hit[0], instead)
         for pattern, instead in BANNED.items()
         for hit in re.finditer(rf"\b(?:{pattern})(?!\w)", whole, re.IGNORECASE)
     ]
     return Measured(words, pronouns, long, banned)
+
+
+def documents_are_easy_to_read(checkout: Checkout) -> Iterator[Finding]:
+    """Also for readers who learnt English as a second language."""
+    for name in checkout.files(*DOCUMENTS):
+        if name in NOT_YET:
+            continue
+        document = checkout.document(name)
+        found = measured(document.text)
+        if found.words >= FEWEST_WORDS and found.pronouns > MOST_PRONOUNS:
+            what = f"{found.pronouns:.0f} pronouns per 1,000 words"
+            yield document.finding(0, f"{what}; at most {MOST_PRONOUNS}")
+        for sentence in found.long:
+            place = document.text.find(sentence.split()[0])
+            yield document.finding(place, f"a long sentence: {sentence}")
+        for word, instead in found.banned:
+            what = f'"{word}" is no term of the field: {instead}'
+            yield document.finding(document.text.find(word), what)
 
 
 def main() -> None:
@@ -88,9 +130,11 @@ def main() -> None:
         print(f"{name}: {found.words} words, {found.pronouns:.0f} pronouns per 1,000")
         for sentence in found.long:
             print(f"    long: {sentence}")
-        for word in found.banned:
-            print(f"    {word}")
+        for word, instead in found.banned:
+            print(f'    "{word}": {instead}')
 
+
+RULES = (documents_are_easy_to_read,)
 
 if __name__ == "__main__":
     main()

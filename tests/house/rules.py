@@ -12,6 +12,7 @@ from tests.house import (
     names,
     packages,
     plain,
+    prose,
     scripts,
     systems,
     writing,
@@ -20,7 +21,7 @@ from tests.house.sources import Checkout, Finding, Rule
 
 SUBJECTS = (
     *(imports, kernels, names, packages, figures, scripts, documents),
-    *(evaluation, extras, systems, writing, plain),
+    *(evaluation, extras, systems, writing, plain, prose),
 )
 RULES: list[Rule] = [rule for subject in SUBJECTS for rule in subject.RULES]
 

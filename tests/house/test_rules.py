@@ -21,6 +21,7 @@ from tests.house import (
     names,
     packages,
     plain,
+    prose,
     scripts,
     systems,
     writing,
@@ -40,7 +41,23 @@ INEXACT = "has other bits elsewhere"
 NOT_YET = """[tool.ruff.lint.per-file-ignores]
 "sweep/web/*" = ["D"]
 """
+LONG = " ".join(["word"] * (prose.LONGEST + 1))
 BROKEN: list[tuple[Rule, dict[str, str], str]] = [
+    (
+        prose.documents_are_easy_to_read,
+        {"docs/guide/a.md": f"# A\n\n{'What it is. ' * 40}"},
+        "docs/guide/a.md:1: 667 pronouns per 1,000 words; at most 35",
+    ),
+    (
+        prose.documents_are_easy_to_read,
+        {"docs/guide/a.md": f"# A\n\nA short one. {LONG}."},
+        f"docs/guide/a.md:3: a long sentence: {LONG}.",
+    ),
+    (
+        prose.documents_are_easy_to_read,
+        {"README.md": "# A\n\nThe trial goes on."},
+        'README.md:3: "goes on" is no term of the field: resume, continue',
+    ),
     (
         imports.others_import_from_the_face_of_a_package,
         {
