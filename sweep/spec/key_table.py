@@ -13,11 +13,11 @@ HEAD = """\
 # The keys of a spec
 
 `make documents` writes this page from the descriptions of the keys.
-[Writing a spec](guide/writing-a-spec.md) shows how to use the keys. `sweep models
-MODEL` lists the parameters of a model. A dot leads to a key of a mapping. NAME stands for a
-name that you choose, and [] for each part of a list. Keys below an axis, such as
-`sweep.NAME` and `search.over.NAME`, have a separate table. A required key must be given
-wherever its mapping appears.
+[Writing a spec](guide/writing-a-spec.md) shows how to use the keys.
+`sweep models MODEL` lists the parameters of a model. A dot leads to a key of a mapping.
+NAME stands for a name that you choose, and [] for each part of a list. Keys below an
+axis, such as `sweep.NAME` and `search.over.NAME`, have a separate table. A required key
+must be given wherever its mapping appears.
 
 | key | what it is | allowed | without it | example |
 |---|---|---|---|---|
