@@ -7,8 +7,11 @@ version = release = sweep.__version__
 copyright = "the authors of boidsweep"  # noqa: A001 (Sphinx calls it so)
 language = "en"
 
-extensions = ["myst_parser", "sphinx_design"]
-myst_enable_extensions = ["colon_fence"]
+extensions = ["myst_parser", "sphinx_design", "docs.building.mathml"]
+myst_enable_extensions = ["colon_fence", "dollarmath"]
+myst_dmath_allow_space = False
+myst_dmath_allow_digits = False
+html_math_renderer = "mathml"
 myst_heading_anchors = 3
 highlight_language = "none"
 nitpick_ignore_regex = [("py:.*", ".*")]

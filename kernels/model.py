@@ -156,6 +156,8 @@ class Model(NamedTuple):
     `demands` are conditions on the parameters, and `potential_demands` conditions of
     metrics of the potential. `length` and `time` are the units of the model. With
     `y_down` the y axis of figures points down.
+
+    `equations` describes a step for a paper: Markdown, with LaTeX between dollar signs.
     """
 
     name: str
@@ -187,6 +189,7 @@ class Model(NamedTuple):
     drives: bool | None = None
     goals_in_turn: bool | None = None
     shared: tuple[str, ...] | None = None
+    equations: str = ""
 
     @property
     def rules(self) -> tuple[Rule, ...]:

@@ -41,7 +41,7 @@ class About(NamedTuple):
     weight the parameter is. `to_goal` is True if this rule leads boids to the goal.
     `in_steps` is True for a number of steps, so with a shorter time step a larger value
     is the same time. `whole_steps` is True for a time that must be an integer number of
-    steps.
+    steps. `symbol` is the symbol of the parameter in equations, in LaTeX.
     """
 
     text: str
@@ -54,6 +54,7 @@ class About(NamedTuple):
     to_goal: bool = False
     in_steps: bool = False
     whole_steps: bool = False
+    symbol: str = ""
 
 
 EachStep = Literal["", "time", "share", "noise"]

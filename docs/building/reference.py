@@ -12,7 +12,6 @@ from typing import Any
 import pyarrow as pa
 import typer.main
 
-from docs.building.api import docstring_text
 from kernels.catalogue import Catalogue
 from kernels.metrics import METRICS, Metric
 from kernels.model import Model
@@ -20,6 +19,7 @@ from kernels.models import MODELS
 from kernels.starts import STARTS
 from kernels.worlds import MAPS
 from sweep import cli
+from sweep.cli.app import Group
 from sweep.cli.listing import spreads_text, torus_text
 from sweep.own_code.reading import named_model, study_of
 from sweep.spec.recorded import declaration_of
@@ -76,8 +76,16 @@ def code(value: object) -> str:
 
 
 def commands_page() -> str:
-    """Every command with its arguments and options."""
+    """Every command with its arguments, options and examples, by groups."""
     commands = typer.main.get_command(cli.app).commands  # type: ignore[attr-defined]
+    grouped = {
+        group: {
+            name: command
+            for name, command in commands.items()
+            if command.rich_help_panel == group
+        }
+        for group in Group
+    }
     first = (
         "# Commands\n\nThis page is made from the program, as `sweep COMMAND --help`"
         " is. Data goes to stdout, and messages go to stderr.\n\n"
@@ -88,10 +96,19 @@ def commands_page() -> str:
             (code(0), "fine"),
             (code(1), "some trials diverged, failed or timed out, or differ"),
             (code(2), "wrong usage, or a mistake in a spec"),
-            (code(130), "ended by Ctrl-C; the same command goes on"),
+            (code(130), "ended by Ctrl-C; the same command resumes the run"),
         ],
     )
-    return first + ends + "".join(map(_command, commands, commands.values()))
+    groups = table(
+        ["group", "commands"],
+        [(group, ", ".join(map(code, members))) for group, members in grouped.items()],
+    )
+    parts = [
+        _command(name, command)
+        for members in grouped.values()
+        for name, command in members.items()
+    ]
+    return f"{first}{ends}\n{groups}" + "".join(parts)
 
 
 def _command(name: str, command: Any) -> str:
@@ -102,7 +119,10 @@ def _command(name: str, command: Any) -> str:
     rows = [(code(_argument(one)), one.help or "", "") for one in arguments]
     rows += [(code(_option(one)), one.help or "", _default(one)) for one in options]
     if rows:
-        parts.append(table(["argument or option", "what it is", "without it"], rows))
+        parts.append(table(["argument or option", "meaning", "default"], rows))
+    if command.examples:
+        examples = "\n".join(command.examples)
+        parts.append(f"\nExamples:\n\n```sh\n{examples}\n```\n")
     return "".join(parts)
 
 
@@ -113,18 +133,19 @@ def _argument(argument: Any) -> str:
 
 
 def _option(option: Any) -> str:
+    names = ", ".join(option.opts)
     if option.is_flag:
-        return str(option.opts[0])
+        return names
     named = option.metavar or option.name.upper()
     if isinstance(option.default, Enum):
         named = "|".join(option.default.__class__)
-    return f"{option.opts[0]} {named}"
+    return f"{names} {named}"
 
 
 def _default(option: Any) -> str:
     default = getattr(option.default, "value", option.default)
     if option.required:
-        return "must be given"
+        return "required"
     return "" if default is None or default is False else code(default)
 
 
@@ -213,21 +234,12 @@ def model_page(name: str, model: Model) -> str:
     return (
         f"# {name}\n\n{about}\n\n*Source:* {model.source}. Its lengths are in"
         f" {model.length} and its times in {model.time}. Recorded without a word in the"
-        f" spec: {recorded}.\n" + _equations(module) + _settings(name, model, known)
+        f" spec: {recorded}.\n" + _equations(model) + _settings(name, model, known)
     )
 
 
-def _equations(module: Any) -> str:
-    """What the kernels of a model say of what they compute, and of their equations."""
-    parts = ["\n## What it computes\n"]
-    for name, one in vars(module).items():
-        function = getattr(one, "py_func", None)
-        if function and (
-            function.__module__ == module.__name__
-            or function.__module__.startswith("kernels.rules.")
-        ):
-            parts.append(f"\n### {name.lstrip('_')}\n\n{docstring_text(function)}\n")
-    return "".join(parts)
+def _equations(model: Model) -> str:
+    return f"\n## Equations\n\n{model.equations.strip()}\n"
 
 
 def _settings(name: str, model: Model, known: Catalogue) -> str:
@@ -242,7 +254,7 @@ def _settings(name: str, model: Model, known: Catalogue) -> str:
         + "\n".join(
             f"## {GROUP_NAMES[group]}\n\n"
             + table(
-                ["setting", "what it is", "allowed", *map(code, model.presets)],
+                ["parameter", "", "what it is", "allowed", *map(code, model.presets)],
                 [_setting(one, presets) for one in settings if one.group == group],
             )
             for group in groups
@@ -252,7 +264,9 @@ def _settings(name: str, model: Model, known: Catalogue) -> str:
 
 def _setting(setting: Setting, presets: list[dict[str, Any]]) -> list[object]:
     values = [preset[setting.name] for preset in presets]
-    return [code(setting.name), setting.text, setting.allowed(), *map(_value, values)]
+    symbol = f"${setting.symbol}$" if setting.symbol else ""
+    described = [setting.text, setting.allowed(), *map(_value, values)]
+    return [code(setting.name), symbol, *described]
 
 
 def _value(value: object) -> str:

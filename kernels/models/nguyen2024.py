@@ -29,36 +29,107 @@ class Params(NamedTuple):
     """Weights and ranges of Eqs. (1) to (9)."""
 
     separation_weight: Annotated[
-        float, About("w_s of Eq. (3)", low=0, rule="separation")
+        float,
+        About(
+            "weight of the separation rule (Eq. 3)",
+            low=0,
+            rule="separation",
+            symbol="w_s",
+        ),
     ]
-    alignment_weight: Annotated[float, About("w_a of Eq. (3)", low=0, rule="alignment")]
-    cohesion_weight: Annotated[float, About("w_c of Eq. (3)", low=0, rule="cohesion")]
-    wander_weight: Annotated[float, About("w_w of Eq. (3)", low=0, rule="wander")]
-    obstacle_weight: Annotated[float, About("w_o of Eq. (3)", low=0, rule="obstacle")]
-    separation_range: Annotated[float, About("r_s of Eq. (4)", "length", low=0)]
-    alignment_range: Annotated[float, About("r_a of Eq. (5)", "length", low=0)]
-    cohesion_range: Annotated[float, About("r_c of Eq. (6)", "length", low=0)]
+    alignment_weight: Annotated[
+        float,
+        About(
+            "weight of the alignment rule (Eq. 3)",
+            low=0,
+            rule="alignment",
+            symbol="w_a",
+        ),
+    ]
+    cohesion_weight: Annotated[
+        float,
+        About(
+            "weight of the cohesion rule (Eq. 3)",
+            low=0,
+            rule="cohesion",
+            symbol="w_c",
+        ),
+    ]
+    wander_weight: Annotated[
+        float,
+        About(
+            "weight of the random acceleration (Eq. 3)",
+            low=0,
+            rule="wander",
+            symbol="w_w",
+        ),
+    ]
+    obstacle_weight: Annotated[
+        float,
+        About(
+            "weight of the repulsion from obstacles (Eq. 3)",
+            low=0,
+            rule="obstacle",
+            symbol="w_o",
+        ),
+    ]
+    separation_range: Annotated[
+        float,
+        About("range of the separation rule (Eq. 4)", "length", low=0, symbol="r_s"),
+    ]
+    alignment_range: Annotated[
+        float,
+        About("range of the alignment rule (Eq. 5)", "length", low=0, symbol="r_a"),
+    ]
+    cohesion_range: Annotated[
+        float,
+        About("range of the cohesion rule (Eq. 6)", "length", low=0, symbol="r_c"),
+    ]
     wander_range: Annotated[
         float,
-        About("r_w of Eq. (8), each component", "length/time^2", low=0),
+        About(
+            "largest component of the random acceleration (Eq. 8)",
+            "length/time^2",
+            low=0,
+            symbol="r_w",
+        ),
         InParts("noise"),
     ]
     obstacle_range: Annotated[
-        float, About("reach of an obstacle beyond its surface", "length", low=0)
+        float,
+        About(
+            "reach of an obstacle beyond its surface",
+            "length",
+            low=0,
+            symbol=r"\rho",
+        ),
     ]
     max_force: Annotated[
         float,
         About(
-            "F_max of Eq. (9), for each force before its weight", "length/time^2", low=0
+            "limit of the acceleration of each rule, before its weight (Eq. 9)",
+            "length/time^2",
+            low=0,
+            symbol=r"F_{\max}",
         ),
     ]
-    displacement_factor: Annotated[float, About("p += factor v dt", low=0)]
+    displacement_factor: Annotated[
+        float,
+        About("factor of the velocity in each move (Eq. 2)", low=0, symbol=r"\gamma"),
+    ]
     drag: Annotated[
         float,
-        About("share of the velocity lost after each move", low=0, high=1),
+        About(
+            "fraction of the velocity that is lost after each move",
+            low=0,
+            high=1,
+            symbol="d",
+        ),
         InParts("share"),
     ]
-    range_inclusive: Annotated[bool, About("a neighbour exactly at the range counts")]
+    range_inclusive: Annotated[
+        bool, About("whether a neighbour exactly at the range counts")
+    ]
     update: Annotated[int, UPDATE]
     dt: Annotated[float, TIME_STEP, InParts("time")]
 
@@ -258,5 +329,45 @@ MODEL = Model(
     publishes=True,
     drives=True,
     goals_in_turn=False,
+    equations=r"""
+In each step, boid $i$ with position $p_i$ and velocity $v_i$ accelerates and moves
+(Eqs. 1 and 2):
+
+$$v_i \leftarrow v_i + a_i\,\Delta t, \qquad
+p_i \leftarrow p_i + \gamma\,v_i\,\Delta t, \qquad
+v_i \leftarrow (1 - d)\,v_i$$
+
+The acceleration is a weighted sum of five rules (Eq. 3):
+
+$$a_i = w_s L(s_i) + w_a L(\ell_i) + w_c L(c_i) + w_w\,\omega_i + w_o L(o_i)$$
+
+Each rule but the random acceleration is limited to the length $F_{\max}$ (Eq. 9):
+
+$$L(f) = f\,\min\left(1, \frac{F_{\max}}{|f|}\right)$$
+
+$S_i$, $A_i$ and $C_i$ are the other boids within $r_s$, $r_a$ and $r_c$ of boid $i$. A
+sum over no boid is zero.
+
+**Separation** (Eq. 4) points away from near boids:
+
+$$s_i = \sum_{j \in S_i} \frac{p_i - p_j}{\max(|p_i - p_j|,\,1)}$$
+
+**Alignment** (Eq. 5) is the difference from the mean velocity:
+
+$$\ell_i = \frac{1}{|A_i|} \sum_{j \in A_i} v_j - v_i$$
+
+**Cohesion** (Eq. 6) points to the mean position:
+
+$$c_i = \frac{1}{|C_i|} \sum_{j \in C_i} p_j - p_i$$
+
+**Obstacles** (Eq. 7) repel boids. $O_i$ are the obstacles whose surface is nearer than
+$\rho$, and $q_k$ is the nearest point or the centre of obstacle $k$:
+
+$$o_i = \sum_{k \in O_i} \frac{p_i - q_k}{|p_i - q_k|}$$
+
+**Wander** (Eq. 8) is a random acceleration. Both components are uniform and independent:
+
+$$\omega_i \sim U(-r_w, r_w)^2$$
+""",
     shared=("dt",),
 )

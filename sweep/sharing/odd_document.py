@@ -14,7 +14,7 @@ from typing import Any, get_args, get_type_hints
 
 from kernels.catalogue import Catalogue
 from kernels.model import Model
-from kernels.settings import UPDATE, About
+from kernels.settings import COMMON, UPDATE, About
 from sweep.design import Design
 from sweep.errors import ChoiceError, CodeError
 from sweep.published import bibliography_of
@@ -35,17 +35,19 @@ from sweep.text import description_of
 MOST_VALUES = 8
 """Most values of a parameter that are listed; more numbers are written as a range."""
 GROUPS = {
-    "parameters": "Settings of the model",
+    "parameters": "Parameters of the model",
     "schedule": "Extent",
     "world": "World",
-    "sensing": "With whom boids interact, and what they know",
-    "actuation": "How boids follow their model",
-    "failures": "Which boids fail",
-    "medium": "How the medium moves",
-    "start": "Start",
+    "sensing": "Interaction neighbourhood, sensing and communication",
+    "actuation": "Actuation",
+    "failures": "Failures",
+    "medium": "Wind",
+    "start": "Initial condition",
     "observation": "Observation",
 }
 """Headings of the groups of parameters, in their order."""
+MAY_BE_OFF = ("sensing", "actuation", "failures", "medium")
+"""Groups of parameters that are left out where they have no effect."""
 STREAMS = keys_of(Streams)
 SEARCHED = "searched"
 """Text that replaces the value of a parameter that a search varies."""
@@ -335,21 +337,43 @@ def _entities(page: _Page) -> None:
         " all boids."
     )
     for group, title in GROUPS.items():
+        shown = [
+            setting
+            for setting in facts.settings.values()
+            if setting.group == group and not _is_off(facts, setting)
+        ]
+        if not shown:
+            continue
         page.heading(3, title)
         page.table(
-            ("setting", "value", "unit", "allowed", "what it is"),
+            ("parameter", "symbol", "value", "unit", "allowed", "what it is"),
             [
                 (
                     setting.name,
+                    f"${setting.symbol}$" if setting.symbol else "",
                     _values(facts, setting.name),
                     setting.unit,
                     _allowed(setting),
                     setting.text,
                 )
-                for setting in facts.settings.values()
-                if setting.group == group
+                for setting in shown
             ],
         )
+    every = facts.settings.values()
+    off = [setting.name for setting in every if _is_off(facts, setting)]
+    if off:
+        page.say(
+            "These parameters of sensing, actuation, failures and wind are off in all"
+            f" trials: {', '.join(off)}."
+        )
+
+
+def _is_off(facts: StudyFacts, setting: Setting) -> bool:
+    """Return whether a parameter of robots or of wind has no effect in any trial."""
+    if setting.group not in MAY_BE_OFF:
+        return False
+    neutral = 0.0 if setting.spread_of else COMMON.get(setting.name)
+    return list(facts.values.get(setting.name, ())) == [neutral]
 
 
 def _process(page: _Page) -> None:
@@ -367,6 +391,9 @@ def _process(page: _Page) -> None:
             " has neither a setting nor an update_order that says it; its step, below,"
             " may"
         )
+    if facts.model.equations:
+        page.say("A step is defined by the equations of the submodels below.")
+        return
     if not facts.code:
         page.gap("what happens in a step: the model's own code was not loaded")
         return
@@ -493,6 +520,9 @@ def _input_data(page: _Page) -> None:
 
 def _submodels(page: _Page) -> None:
     facts = page.facts
+    if facts.model.equations:
+        page.say(facts.model.equations.strip())
+        return
     if not facts.code:
         page.gap("the submodels: the model's own code was not loaded")
         return

@@ -102,6 +102,8 @@ class Setting:
         True if the setting is a time of an integer number of steps.
     spread_of
         Parameter that a spread varies from robot to robot.
+    symbol
+        Symbol in equations, in LaTeX.
     """
 
     name: str
@@ -119,6 +121,7 @@ class Setting:
     only_where: OnlyWhere | None = None
     whole_steps: bool = False
     spread_of: str = ""
+    symbol: str = ""
 
     def in_parts(self, value: float, parts: float) -> float:
         """Return the value after each step is cut into shorter ones.
@@ -399,6 +402,7 @@ def _setting(
         each_step=in_parts[0] if in_parts else "",
         only_where=only_where[0] if only_where else None,
         whole_steps=declared.whole_steps,
+        symbol=declared.symbol,
     )
 
 
