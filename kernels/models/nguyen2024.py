@@ -361,11 +361,11 @@ $$\ell_i = \frac{1}{|A_i|} \sum_{j \in A_i} v_j - v_i$$
 $$c_i = \frac{1}{|C_i|} \sum_{j \in C_i} p_j - p_i$$
 
 **Obstacles** (Eq. 7) repel boids. $O_i$ are the obstacles whose surface is nearer than
-$\rho$, and $q_k$ is the nearest point or the centre of obstacle $k$:
+$\rho$. $q_k$ is the centre of obstacle $k$, or the nearest point of a polygon:
 
 $$o_i = \sum_{k \in O_i} \frac{p_i - q_k}{|p_i - q_k|}$$
 
-**Wander** (Eq. 8) is a random acceleration. Both components are uniform and independent:
+**Wander** (Eq. 8) is a random acceleration with independent uniform components:
 
 $$\omega_i \sim U(-r_w, r_w)^2$$
 """,
