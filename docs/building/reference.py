@@ -41,8 +41,8 @@ record: {metrics: [speed, coverage], series: [coverage], heatmaps: true}
 """
 """The study whose columns are shown."""
 
-GROUP_NAMES = {"parameters": "Settings of the model alone"} | {
-    name: f"The {name}, as of every model" for name, _ in GROUPS
+GROUP_NAMES = {"parameters": "Parameters of the model"} | {
+    name: f"Parameters of all models: {name}" for name, _ in GROUPS
 }
 
 
@@ -162,14 +162,22 @@ def metrics_page() -> str:
         )
         for name, one in METRICS.items()
     ]
+    formulas = "".join(
+        f"\n### {code(name)}\n\n{one.formula}\n"
+        for name, one in METRICS.items()
+        if one.formula
+    )
     return (
         "# Metrics\n\nA metric is one number for each recorded frame of a trial. Tables"
-        " have it at the last frame, in the column of its name, and as the mean over"
-        " the last half of the trial, in `<name>_mean`. `length` and `time` are the"
-        " units of the model: px and step, or m and s. How the values of a metric are"
-        " distributed from trial to trial decides [the interval of its mean]"
-        "(../explanations/intervals.md). `sweep metrics` prints this list.\n\n"
+        " have the value at the last frame, in the column of the metric's name, and"
+        " the mean over the second half of the trial, in `<name>_mean`. `length` and"
+        " `time` are the units of the model: px and step, or m and s. The distribution"
+        " of the values from trial to trial selects [the confidence interval of the"
+        " mean](../explanations/intervals.md). `sweep metrics` prints this list.\n\n"
         + table(head, rows)
+        + "\n## Definitions\n\nBoid $i$ of $N$ has the position $p_i$ and the velocity"
+        " $v_i$. $\\bar p$ is the mean position.\n"
+        + formulas
     )
 
 
@@ -217,9 +225,9 @@ def models_page() -> str:
     names = "\n".join(MODELS)
     return (
         "# Models\n\nA model is the physics of one published work. A preset is one"
-        " complete set of values for all its settings; [what the names of presets mean]"
-        "(../../explanations/presets.md) is said once for all models. A study may also"
-        " fly [a model of your own](../../own-models.md).\n\n"
+        " complete set of values for all parameters: see [the names of presets]"
+        "(../../explanations/presets.md). A study may also use [a custom model]"
+        "(../../guide/custom-models.md).\n\n"
         "| model | presets | source |\n| --- | --- | --- |\n"
         f"{lines}\n```{{toctree}}\n:hidden:\n{names}\n```\n"
     )
@@ -232,9 +240,9 @@ def model_page(name: str, model: Model) -> str:
     about = inspect.cleandoc(module.__doc__ or "")
     recorded = ", ".join(map(code, model.metrics))
     return (
-        f"# {name}\n\n{about}\n\n*Source:* {model.source}. Its lengths are in"
-        f" {model.length} and its times in {model.time}. Recorded without a word in the"
-        f" spec: {recorded}.\n" + _equations(model) + _settings(name, model, known)
+        f"# {name}\n\n{about}\n\n*Source:* {model.source}. Lengths are in"
+        f" {model.length}, and times in {model.time}. By default a study records"
+        f" {recorded}.\n" + _equations(model) + _settings(name, model, known)
     )
 
 

@@ -106,6 +106,8 @@ class Metric(NamedTuple):
         Part of the boids that alone is measured, see kernels.metrics.parts; "" for all.
     within : Range
         Setting that is its range, such as flock_range; "" for none.
+    formula : str
+        Definition for a paper: LaTeX, with words in Markdown around it.
     """
 
     measure: Callable[[Frames, int, Ground, Observation, Floats], None]
@@ -131,6 +133,7 @@ class Metric(NamedTuple):
     follows: bool = False
     part: str = ""
     within: Range = ""
+    formula: str = ""
 
     @property
     def looks(self) -> bool:

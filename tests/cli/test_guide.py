@@ -28,7 +28,7 @@ def test_the_topics_are_the_pages(tmp_path: Path) -> None:
     begin = {len(line) - len(line.split(maxsplit=1)[1]) for line in lines}
     assert begin == {2 + max(map(len, listed))}
     assert listed["writing-a-spec"] == "Writing a spec"
-    assert listed["own-models"] == "A model of your own"
+    assert listed["own-models"] == "Interface for custom models"
     assert listed["intervals"] == "Which interval a mean has"
     assert listed["tutorials"] == "Tutorials"
     lists = ("guide", "tutorials", "explanations")
