@@ -35,6 +35,7 @@ class Method:
     reports
         Functions that return a `Report` of a stored study, their first argument. Each
         becomes a command of its name, with its options and its docstring as the help.
+        Lines of the section Examples are commands, which end the help.
     reports_of_results
         Functions that return a `Report` of a folder of results, their argument
         `results`. They choose studies and trials themselves.

@@ -37,7 +37,7 @@ themselves, so that `sweep --help` answers at once.
 """
 
 # ruff: isort: off
-# The modules enter their commands in the order of the help.
+# The modules enter the commands of each group in the order of the help.
 from sweep.cli import starting as starting
 from sweep.cli import running as running
 from sweep.cli import reading as reading

@@ -1,33 +1,135 @@
 """The app of the command line, shared options, and `stop`, which ends a command."""
 
+import inspect
 import logging
+import re
 import sys
+from collections.abc import Callable
+from enum import StrEnum
 from functools import partial
 from pathlib import Path
 from textwrap import indent
-from typing import TYPE_CHECKING, Annotated, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn, TypeVar
 
 import typer
+from typer.core import TyperCommand, TyperGroup
 
 from sweep.cli.completing import study_names
 from sweep.store import Location, location
+from sweep.text import description_of
 
 FIRST = Path(__file__).with_name("first.yaml")
 """The smallest spec."""
 HELP = f"""\
 Monte Carlo experiments and parameter sweeps over boid swarms.
 
-A study is a file, here spec.yaml:
+A YAML file describes a study, for example spec.yaml:
 
 \b
 {indent(FIRST.read_text(encoding="utf-8"), "    ")}
 \b
-sweep launch spec.yaml    runs its trials
-sweep table my/first      means with intervals
+sweep plan spec.yaml      number of trials, and an estimate of the time
+sweep launch spec.yaml    run the trials
+sweep table my/first      means with confidence intervals
 sweep plot my/first       figures
-sweep guide               the documentation
+sweep guide               the user guide
 """
-app = typer.Typer(
+EXAMPLES = re.compile(r"^Examples\n-+\n((?:.+\n?)+)", re.MULTILINE)
+"""The section of a docstring with commands, each in its line."""
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+class Group(StrEnum):
+    """The groups of commands in the help, in their order."""
+
+    start = "Start"
+    run = "Run"
+    analyse = "Analyse"
+    explore = "Explore"
+    store = "Store and share"
+    develop = "Develop"
+
+
+class Command(TyperCommand):
+    """A command whose help ends with the examples of its docstring."""
+
+    @property
+    def examples(self) -> list[str]:
+        """The commands in the section Examples of the docstring."""
+        section = EXAMPLES.search(inspect.getdoc(self.callback) or "")
+        lines = section[1].splitlines() if section else []
+        return [line for line in lines if line.startswith("sweep ")]
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Write the help, and then each example in its line.
+
+        Parameters
+        ----------
+        ctx : click.Context
+            The context of the command.
+        formatter : click.HelpFormatter
+            The formatter that gets the help. With rich, the help is printed at once;
+            the content of the formatter is printed after it, without new line breaks.
+        """
+        super().format_help(ctx, formatter)
+        if self.examples:
+            lines = "".join(f"   {line}\n" for line in self.examples)
+            formatter.write(f"\n Examples:\n{lines}")
+
+
+class Commands(TyperGroup):
+    """All commands, in the order of their groups."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Return the names of the commands.
+
+        Parameters
+        ----------
+        ctx : click.Context
+            The context of the app.
+        """
+        order = list(Group)
+        places = {
+            name: order.index(Group(command.rich_help_panel))
+            for name, command in self.commands.items()
+            if isinstance(command, Command)
+        }
+        return sorted(super().list_commands(ctx), key=places.__getitem__)
+
+
+class App(typer.Typer):
+    """An app whose commands have their help from docstrings."""
+
+    def command(
+        self, name: str | None = None, **options: Any
+    ) -> Callable[[Function], Function]:
+        """Enter a command.
+
+        The docstring is the help, up to its sections. The lines of the section Examples
+        are commands, which end the help.
+
+        Parameters
+        ----------
+        name : str, optional
+            The name of the command; by default the name of the function.
+        **options
+            Options of `typer.Typer.command`, with `rich_help_panel`, a `Group`.
+        """
+        command_of_typer = super().command
+
+        def enter(function: Function) -> Function:
+            described: dict[str, Any] = {
+                "cls": Command,
+                "help": description_of(function),
+                **options,
+            }
+            return command_of_typer(name, **described)(function)
+
+        return enter
+
+
+app = App(
+    cls=Commands,
     help=HELP,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -56,13 +158,13 @@ def _options(
 
 
 Spec = Annotated[
-    Path, typer.Argument(help="The spec of a study, a YAML file; or of several.")
+    Path, typer.Argument(help="Spec: a YAML file of one study or of several studies.")
 ]
 StudyName = Annotated[
     str,
     typer.Argument(
         metavar="STUDY",
-        help="Name of a study, e.g. nguyen2024/separation.",
+        help="Name of a stored study, such as nguyen2024/separation.",
         autocompletion=study_names,
     ),
 ]
@@ -74,15 +176,12 @@ else:  # typer knows no union of types
         typer.Option(
             parser=location,
             metavar="FOLDER|S3",
-            help=(
-                "Folder that holds the stored studies,"
-                " or s3://bucket/prefix of an object store."
-            ),
+            help="Folder of stored studies, or s3://bucket/prefix of an object store.",
         ),
     ]
 NoCode = Annotated[
     bool,
-    typer.Option("--no-code", help="Refuse a spec that names code of its own."),
+    typer.Option("--no-code", help="Reject a spec that names custom code."),
 ]
 CodeFrom = Annotated[
     Path | None,
@@ -90,8 +189,8 @@ CodeFrom = Annotated[
         "--code-from",
         metavar="FOLDER",
         help=(
-            "Take the files of code that a spec names from this folder and those below"
-            " it, as ../models/vortex.py; else they lie beside the spec."
+            "Folder that contains the custom code of a spec, also in subfolders; by"
+            " default the folder of the spec."
         ),
     ),
 ]
@@ -99,7 +198,7 @@ Trust = Annotated[
     bool,
     typer.Option(
         "--trust",
-        help="Run the study's own code, though it was not launched by you here.",
+        help="Run custom code of a study that you did not launch here.",
     ),
 ]
 LaunchFile = Annotated[
@@ -107,13 +206,10 @@ LaunchFile = Annotated[
     typer.Option(
         "--launch",
         metavar="SPEC",
-        help=(
-            "Let the page launch: when you say so, it writes what you see into this"
-            " file, and runs sweep launch of it."
-        ),
+        help="Spec that the page may write and launch after a click.",
     ),
 ]
-Force = Annotated[bool, typer.Option("--force", help="Replace files that exist.")]
+Force = Annotated[bool, typer.Option("--force", help="Replace existing files.")]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
 
@@ -131,7 +227,7 @@ Quiet = Annotated[
     typer.Option(
         "--quiet",
         callback=_hush,
-        help="No progress and no warnings on stderr: errors alone.",
+        help="Print only errors on stderr, no progress and no warnings.",
     ),
 ]
 MOST_WORKERS = 1024
@@ -141,7 +237,7 @@ Workers = Annotated[
     typer.Option(
         min=0,
         max=MOST_WORKERS,
-        help="Worker processes; 0 for as many as there are cores.",
+        help="Number of worker processes; 0 = one per core.",
     ),
 ]
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from sweep.cli.app import CodeFrom, Json, NoCode, app, stop
+from sweep.cli.app import CodeFrom, Group, Json, NoCode, app, stop
 from sweep.cli.completing import model_names
 from sweep.text import unknown
 
@@ -14,21 +14,28 @@ if TYPE_CHECKING:
     from kernels.registry import Registry
 
 
-@app.command()
+@app.command(rich_help_panel=Group.start)
 def models(
     name: Annotated[
         str | None,
         typer.Argument(
             autocompletion=model_names,
-            help="A model, or a file that has one: ./NAME.py, for all its settings.",
+            help="Model, or file with a model such as ./NAME.py; by default a list of"
+            " all models.",
         ),
     ] = None,
     no_code: NoCode = False,
     as_json: Json = False,
 ) -> None:
-    """List the models, or the settings of one with units, ranges and preset values.
+    """List all models, or the parameters of one model.
 
-    Of one model it also shows which parameters may differ from robot to robot.
+    For one model, prints units, ranges and preset values, and the parameters that may
+    differ from robot to robot.
+
+    Examples
+    --------
+    sweep models
+    sweep models nguyen2024
     """
     import json
 
@@ -53,37 +60,57 @@ def models(
         _print(model_settings(model, known))
 
 
-@app.command()
+@app.command(rich_help_panel=Group.start)
 def maps() -> None:
-    """List the environment maps."""
+    """List the maps of obstacles.
+
+    Examples
+    --------
+    sweep maps
+    sweep view --model patel2023 --preset as_intended --map random_obstacles
+    """
     from kernels.worlds import MAPS
     from sweep.cli.listing import map_table
 
     _print(map_table(), MAPS)
 
 
-@app.command()
+@app.command(rich_help_panel=Group.start)
 def metrics() -> None:
-    """List the metrics, with units and sources."""
+    """List the metrics with units and sources.
+
+    Examples
+    --------
+    sweep metrics
+    sweep table my/first --metric speed
+    """
     from kernels.metrics import METRICS
     from sweep.cli.listing import metric_table
 
     _print(metric_table(), METRICS)
 
 
-@app.command()
+@app.command(rich_help_panel=Group.start)
 def schema(
     spec: Annotated[
         Path | None,
         typer.Option(
-            help="The schema of this spec, with the models, metrics, maps and starts"
-            " that files beside it bring. These files run."
+            help="Spec whose custom models, metrics, maps and initial conditions the"
+            " schema includes. The files of this code run."
         ),
     ] = None,
     no_code: NoCode = False,
     code_from: CodeFrom = None,
 ) -> None:
-    """Print the JSON Schema of a spec, with which editors check and complete it."""
+    """Print the JSON Schema of specs, for editors.
+
+    Editors use the schema to check and complete a spec.
+
+    Examples
+    --------
+    sweep schema
+    sweep schema --spec spec.yaml
+    """
     import json
 
     from sweep.own_code import schema_for

@@ -4,28 +4,34 @@ from typing import Annotated
 
 import typer
 
-from sweep.cli.app import Json, app
+from sweep.cli.app import Group, Json, app
 
 
-@app.command()
+@app.command(rich_help_panel=Group.develop)
 def check(
     model: Annotated[
         str,
         typer.Argument(
             metavar="FILE[:NAME]",
-            help="A file with a model, metrics, maps, starts or samplers, or the name"
-            " of a model; NAME is MODEL if not given.",
+            help="File with a model, metrics, maps, initial conditions or samplers, or"
+            " the name of a model; the default of NAME is MODEL.",
         ),
     ],
     as_json: Json = False,
 ) -> None:
-    """Check whether a model keeps the promises of the built-in ones.
+    """Check a custom model (this runs the file).
 
-    The metrics, maps, starts and samplers of its file are checked too, or those of a
-    file without a model. It runs code, the file.
+    Checks the requirements that all built-in models meet. Checks the metrics, maps,
+    initial conditions and samplers of the file too, also in a file without a model.
 
-    A line a promise: kept, broken with file, line and rule, or why it does not apply.
-    The exit code is 1 if one is broken.
+    Prints one line per requirement: kept, broken with file, line and rule, or the
+    reason why the requirement does not apply. The exit code is 1 if a requirement is
+    broken.
+
+    Examples
+    --------
+    sweep check vortex.py
+    sweep check vortex.py --json
     """
     import json
     from dataclasses import asdict

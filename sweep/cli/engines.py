@@ -30,8 +30,9 @@ Engine = Annotated[
         metavar="local|dask|cuda|NAME",
         autocompletion=engine_names,
         help=(
-            "Processes on this machine, a dask cluster, processes that share the GPU of"
-            " this machine, or an engine of an installed package."
+            "Engine that runs trials: processes on this machine, a dask cluster,"
+            " processes that share the GPU of this machine, or an engine of an"
+            " installed package."
         ),
     ),
 ]
@@ -40,8 +41,9 @@ Address = Annotated[
     typer.Option(
         metavar="tcp://HOST:PORT",
         help=(
-            "Where the scheduler of the dask cluster answers. Who reaches it can run"
-            " code on its workers and here: use an inside network, or tls://HOST:PORT."
+            "Address of the dask scheduler. Everybody who can reach the scheduler can"
+            " run code on its workers and on this machine: use a private network, or"
+            " tls://HOST:PORT."
         ),
     ),
 ]
@@ -49,7 +51,7 @@ SchedulerFile = Annotated[
     Path | None,
     typer.Option(
         metavar="FILE",
-        help="The file in which the scheduler of the dask cluster says so.",
+        help="Scheduler file, written by `dask scheduler --scheduler-file`.",
     ),
 ]
 

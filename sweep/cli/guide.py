@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from sweep.cli.app import app
+from sweep.cli.app import Group, app
 from sweep.cli.completing import guide_topics
 from sweep.cli.topics import (
     Topic,
@@ -22,26 +22,32 @@ FEW = 6
 """Topics that an error names."""
 
 
-@app.command()
+@app.command(rich_help_panel=Group.start)
 def guide(
     topic: Annotated[
         list[str] | None,
         typer.Argument(
-            help="A topic, or how it begins, as `searching`; without it all are"
-            " listed. With --search: words to find.",
+            help="Topic or its beginning, such as `searching`; by default a list of all"
+            " topics. With --search: words to find.",
             autocompletion=guide_topics,
         ),
     ] = None,
     find: Annotated[
         bool,
-        typer.Option("--search", help="Find the paragraphs that have all these words."),
+        typer.Option(
+            "--search", help="Find the paragraphs that contain all these words."
+        ),
     ] = False,
 ) -> None:
-    """Show the guide: how to write a spec, to search, to use clusters, and much more.
+    """Show the user guide in the terminal.
 
-    It is text in a pipe, as for `sweep guide searching | less`. `sweep guide --search
-    packet loss` prints the topic, the heading and the line of each paragraph that has
-    both words.
+    In a pipe, prints plain text, for example for `less`. With --search, prints the
+    topic, the heading and the line of each paragraph that contains all words.
+
+    Examples
+    --------
+    sweep guide writing-a-spec
+    sweep guide --search packet loss
     """
     from rich.markdown import Markdown
 

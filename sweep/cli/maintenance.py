@@ -10,6 +10,7 @@ import typer
 from sweep.cli.app import (
     CodeFrom,
     Force,
+    Group,
     Json,
     NoCode,
     Results,
@@ -23,8 +24,11 @@ from sweep.cli.engines import LOCAL, Address, SchedulerFile, engine, engine_name
 from sweep.cli.reporting import Where
 from sweep.text import so_many
 
-Yes = Annotated[bool, typer.Option("--yes", help="Do not ask.")]
-DryRun = Annotated[bool, typer.Option("--dry-run", help="Only say what would go.")]
+Yes = Annotated[bool, typer.Option("--yes", help="Do not ask for confirmation.")]
+DryRun = Annotated[
+    bool,
+    typer.Option("--dry-run", help="Report what would be deleted; delete nothing."),
+]
 
 
 class Exportable(StrEnum):
@@ -36,33 +40,31 @@ class Exportable(StrEnum):
     trajectories = "trajectories"
 
 
-@app.command()
+@app.command(rich_help_panel=Group.explore)
 def replay(
     study: StudyName,
     trial: Annotated[
         str,
         typer.Argument(
-            metavar="TRIAL", help="The id of a trial, as in its row, or its beginning."
+            metavar="TRIAL", help="Id of a stored trial, or the beginning of the id."
         ),
     ],
     results: Results = Path("results"),
     trajectory: Annotated[
         Path | None,
         typer.Option(
-            help="Write every frame to this .parquet file, or to a .csv file with a row"
-            " a frame and boid."
+            help="File for all frames: .parquet, or .csv with one row per frame and"
+            " boid."
         ),
     ] = None,
     animate: Annotated[
         Path | None,
-        typer.Option(
-            help="Write an animation to this .gif or .mp4 file, or a page to .html."
-        ),
+        typer.Option(help="File for an animation: .gif, .mp4 or .html."),
     ] = None,
     frame: Annotated[
         tuple[int, Path] | None,
         typer.Option(
-            help="Write the picture of one frame: its number and a .png file."
+            help="Number of a frame, and a .png file for an image of the frame."
         ),
     ] = None,
     every: Annotated[
@@ -70,18 +72,24 @@ def replay(
         typer.Option(
             min=0,
             help=(
-                "Steps between frames; 0: all of them, and at most 600 in a GIF or MP4."
+                "Number of steps between frames; 0 = all steps, but at most 600 frames"
+                " in a GIF or MP4."
             ),
         ),
     ] = 0,
     force: Force = False,
     trust: Trust = False,
 ) -> None:
-    """Run a stored trial again, here and now, and compare it bit for bit.
+    """Rerun a stored trial and compare it bit for bit.
 
-    It is compared with what is stored. It can be written at full resolution and shown.
-    An exception of the trial is raised with its traceback, and what is stored of it is
-    said before.
+    Compares the results with the stored results. On request, writes all frames, an
+    animation or an image. If the trial fails, prints the stored error and raises the
+    exception with its traceback.
+
+    Examples
+    --------
+    sweep replay my/first 05d7a1b2
+    sweep replay my/first 05d7a1b2 --animate trial.gif
     """
     from sweep.cli.replay_files import ReplayFiles, check, show
     from sweep.replays import replay as run_again
@@ -103,17 +111,17 @@ def replay(
         raise SystemExit(1)
 
 
-@app.command()
+@app.command(rich_help_panel=Group.store)
 def verify(
     study: StudyName,
     fraction: Annotated[
         float,
         typer.Option(
-            help="Part of the stored trials, from 0 to 1; at least one trial."
+            help="Fraction of the stored trials, from 0 to 1; at least one trial."
         ),
     ] = 0.01,
-    most: Annotated[int, typer.Option(min=1, help="At most so many trials.")] = 1000,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the sample.")] = 0,
+    most: Annotated[int, typer.Option(min=1, help="Maximum number of trials.")] = 1000,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random sample.")] = 0,
     workers: Workers = 0,
     executor: Annotated[
         str | None,
@@ -121,9 +129,9 @@ def verify(
             metavar="cpu|dask|cuda|NAME",
             autocompletion=engine_names,
             help=(
-                "Where they fly again, processors or another engine; the sample is then"
-                " of trials that flew elsewhere, where there are such. By default on"
-                " processors, and of all trials."
+                "Engine that runs the trials: cpu, cuda, or an engine of an installed"
+                " package; the sample then prefers trials of another type of device. By"
+                " default cpu, with a sample of all trials."
             ),
         ),
     ] = None,
@@ -132,9 +140,14 @@ def verify(
     results: Results = Path("results"),
     trust: Trust = False,
 ) -> None:
-    """Run a random sample of the stored trials again and compare every bit.
+    """Rerun a random sample of trials and compare bit for bit.
 
-    The exit code is 1 where one differs.
+    Compares every value of every table. The exit code is 1 if a trial differs.
+
+    Examples
+    --------
+    sweep verify my/first
+    sweep verify my/first --fraction 0.1 --workers 4
     """
     from sweep.cli.progress_line import ProgressLine
     from sweep.replays import verify as check
@@ -155,24 +168,29 @@ def verify(
         raise SystemExit(1)
 
 
-@app.command()
+@app.command(rich_help_panel=Group.run)
 def diff(
     spec: Annotated[
         Path,
-        typer.Argument(help="A spec: what it changes of its study as last launched."),
+        typer.Argument(help="Spec to compare with its study as last launched."),
     ],
     other: Annotated[
-        Path | None, typer.Argument(help="Or what this spec changes of the first.")
+        Path | None, typer.Argument(help="Second spec, to compare with the first.")
     ] = None,
     results: Results = Path("results"),
     as_json: Json = False,
     no_code: NoCode = False,
     code_from: CodeFrom = None,
 ) -> None:
-    """Show what a change of a spec adds, keeps and drops, before any trial runs.
+    """Show which trials a changed spec adds, keeps and drops.
 
-    Points and trials are counted exactly. Of a spec of several studies each is
-    compared, with --json in an object each.
+    No trial runs. The numbers of points and trials are exact. A spec of several studies
+    is compared study by study. With --json, prints one object per study.
+
+    Examples
+    --------
+    sweep diff spec.yaml
+    sweep diff spec.yaml wider.yaml --json
     """
     from sweep.cli.spec_files import check_spec_file
     from sweep.own_code import load_spec, load_specs
@@ -196,16 +214,22 @@ def diff(
         print(difference.as_json() if as_json else difference.as_text())
 
 
-@app.command()
+@app.command(rich_help_panel=Group.store)
 def gc(
     study: StudyName,
     yes: Yes = False,
     dry_run: DryRun = False,
     results: Results = Path("results"),
 ) -> None:
-    """Free space: drop trials that have left the spec or are of other kernels.
+    """Delete stored trials that the spec does not use.
 
-    It asks before, and merges parts too.
+    Such trials left the spec, or other versions of the code computed them. Asks for
+    confirmation, and also merges small files of results.
+
+    Examples
+    --------
+    sweep gc my/first --dry-run
+    sweep gc my/first --yes
     """
     from sweep.design import size
     from sweep.tables import StoredStudy, clean, find_waste
@@ -232,13 +256,21 @@ def _ask_to_remove() -> None:
     )
 
 
-@app.command()
+@app.command(rich_help_panel=Group.store)
 def rename(
     study: StudyName,
-    name: Annotated[str, typer.Argument(metavar="NEW", help="Its new name.")],
+    name: Annotated[str, typer.Argument(metavar="NEW", help="New name of the study.")],
     results: Results = Path("results"),
 ) -> None:
-    """Give a stored study another name; all that is stored of it stays as it is."""
+    """Rename a stored study.
+
+    The stored data do not change. Write the new name into the spec too.
+
+    Examples
+    --------
+    sweep rename my/first my/second
+    sweep rename my/first my/second --results other
+    """
     from sweep.cli.spec_files import what_the_spec_needs
     from sweep.store import rename_study
     from sweep.tables import StoredStudy
@@ -248,14 +280,22 @@ def rename(
         print(advice, file=sys.stderr)
 
 
-@app.command()
+@app.command(rich_help_panel=Group.store)
 def rm(
     study: StudyName,
     yes: Yes = False,
     dry_run: DryRun = False,
     results: Results = Path("results"),
 ) -> None:
-    """Delete all that is stored of a study, after asking; its spec stays."""
+    """Delete the stored data of a study.
+
+    Asks for confirmation. The spec stays, and so do files that no launch has written.
+
+    Examples
+    --------
+    sweep rm my/first --dry-run
+    sweep rm my/first --yes
+    """
     from sweep.design import size
     from sweep.store import place_of_study, remove_study, trials_in
 
@@ -275,20 +315,23 @@ def rm(
         print(f"stay       {', '.join(left)}, which no launch has written")
 
 
-@app.command()
+@app.command(rich_help_panel=Group.store)
 def export(
     study: StudyName,
     to: Annotated[
         Path,
-        typer.Option("--to", help="A .parquet, .csv, .nc (netCDF) or .arrow file."),
+        typer.Option("--to", help="File to write: .parquet, .csv, .nc or .arrow."),
     ],
-    table: Annotated[Exportable, typer.Option(help="Which table.")] = Exportable.trials,
+    table: Annotated[
+        Exportable, typer.Option(help="Table to export.")
+    ] = Exportable.trials,
     where: Where = None,
     trial: Annotated[
         list[str] | None,
         typer.Option(
             metavar="ID",
-            help="Only this trial: its id, or its beginning. Repeatable.",
+            help="Id of a trial, or the beginning of the id; by default all trials."
+            " Repeatable.",
         ),
     ] = None,
     columns: Annotated[
@@ -296,17 +339,22 @@ def export(
         typer.Option(
             metavar="COLUMN[,COLUMN]",
             help=(
-                "Only these columns, beside which trial, frame and boid a row is of;"
-                ' "varied": settings that differ, "metrics": values of metrics.'
+                "Columns to export, next to trial, frame and boid; by default all"
+                ' columns. "varied" = parameters that differ, "metrics" = all metrics.'
             ),
         ),
     ] = None,
     force: Force = False,
     results: Results = Path("results"),
 ) -> None:
-    """Write one table as one file for other programs.
+    """Export one table of a study for other programs.
 
-    The file has units, provenance and a checksum.
+    The file is Parquet, CSV, netCDF or Arrow, with units, provenance and a checksum.
+
+    Examples
+    --------
+    sweep export my/first --to trials.parquet
+    sweep export my/first --to speed.csv --table series
     """
     from sweep.tables import StoredStudy
     from sweep.tables import export as write
@@ -327,29 +375,38 @@ def export(
     print(f"{done.sha256}  {to}")
 
 
-@app.command()
+@app.command(rich_help_panel=Group.analyse)
 def flocks(
     study: StudyName,
     to: Annotated[
-        Path, typer.Option("--to", help="A .csv file; of changes .parquet too.")
+        Path,
+        typer.Option("--to", help="File to write: .csv; with --changes also .parquet."),
     ],
     changes: Annotated[
         bool,
         typer.Option(
             "--changes",
-            help="Write who left which flock and joined which, frame by frame, instead."
-            " The study keeps what this needs with record: {trajectories: true}.",
+            help="Table of the boids that leave or join flocks, frame by frame; needs"
+            " record: {trajectories: true} in the spec.",
         ),
     ] = False,
     where: Where = None,
     force: Force = False,
     results: Results = Path("results"),
 ) -> None:
-    """Write where the boids of each trial of a point are at the end, as a table.
+    """Export final states as initial conditions of a study.
 
-    The replicates of another study start from it: `start_draws: ./FILE.csv`. The study
-    keeps them with record: {last_flocks: true}, or with an axis that is continued. With
-    --changes it is a table of who changes from flock to flock.
+    The table has the final position and velocity of each boid, in all trials of one
+    point. The replicates of another study start from the table with
+    `start_draws: ./FILE.csv`. The spec needs record: {last_flocks: true}, or an axis
+    that is continued.
+
+    With --changes, the table lists which boids change from flock to flock.
+
+    Examples
+    --------
+    sweep flocks my/flocks --to final.csv --where noise=0.5
+    sweep flocks my/flocks --to changes.parquet --changes
     """
     from sweep.tables import StoredStudy, write_flock_changes, write_last_flocks
 

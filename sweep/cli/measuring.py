@@ -6,19 +6,19 @@ from typing import Annotated
 
 import typer
 
-from sweep.cli.app import Json, Quiet, Results, StudyName, Trust, Workers, app
+from sweep.cli.app import Group, Json, Quiet, Results, StudyName, Trust, Workers, app
 
 
-@app.command()
+@app.command(rich_help_panel=Group.analyse)
 def measure(
     study: StudyName,
     metrics: Annotated[
         list[str],
         typer.Argument(
             metavar="METRIC",
-            help="Names of metrics (sweep metrics); a file of yours that has some, as"
-            " ./mine.py or ./mine.py:NAME; or an expression, as 'gain = polarization /"
-            " speed'.",
+            help="Name of a metric (see `sweep metrics`), file with custom metrics such"
+            " as ./mine.py or ./mine.py:NAME, or expression such as 'gain ="
+            " polarization / speed'.",
         ),
     ],
     workers: Workers = 0,
@@ -27,10 +27,16 @@ def measure(
     quiet: Quiet = False,
     trust: Trust = False,
 ) -> None:
-    """Compute further metrics of stored trials from their trajectories.
+    """Compute additional metrics from stored trajectories.
 
-    They have the same bits as from a launch that records them, and nothing flies again.
-    A metric that needs more than trajectories have is refused, and nothing is stored.
+    No trial runs again. The values are bitwise identical to the values of a launch that
+    records the metrics. A metric that needs more than trajectories is rejected, and
+    then no value is stored.
+
+    Examples
+    --------
+    sweep measure my/room nearest_neighbour_distance
+    sweep measure my/room "stretch = dispersion / flock_radius"
     """
     from sweep.campaigns import measure as compute
     from sweep.cli.progress_line import ProgressLine

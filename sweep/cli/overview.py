@@ -4,15 +4,21 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sweep.cli.app import Json, Results, StudyName, app
+from sweep.cli.app import Group, Json, Results, StudyName, app
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
-@app.command(name="list")
+@app.command(name="list", rich_help_panel=Group.store)
 def list_studies(results: Results = Path("results"), as_json: Json = False) -> None:
-    """List the studies in a folder of results, and how far each is."""
+    """List the studies in a results folder and their progress.
+
+    Examples
+    --------
+    sweep list
+    sweep list --results other --json
+    """
     from sweep.store import local_folder
     from sweep.tables import studies
 
@@ -23,11 +29,19 @@ def list_studies(results: Results = Path("results"), as_json: Json = False) -> N
     _show(stored, as_json)
 
 
-@app.command()
+@app.command(rich_help_panel=Group.store)
 def columns(
     study: StudyName, results: Results = Path("results"), as_json: Json = False
 ) -> None:
-    """List the columns of the tables of a study: type, unit, and what they are."""
+    """List the columns of the tables of a study.
+
+    Prints the type, the unit and the meaning of each column.
+
+    Examples
+    --------
+    sweep columns my/first
+    sweep columns my/first --json
+    """
     from sweep.tables import StoredStudy
 
     _show(StoredStudy(study, results).columns, as_json)

@@ -6,28 +6,33 @@ from typing import Annotated
 
 import typer
 
-from sweep.cli.app import Results, StudyName, app
+from sweep.cli.app import Group, Results, StudyName, app
 
 
-@app.command()
+@app.command(rich_help_panel=Group.store)
 def code(
     study: StudyName,
     to: Annotated[
         Path | None,
         typer.Option(
-            "--to", help="Write the spec and the code into this new folder, to launch."
+            "--to", help="New folder for the spec and the code, ready for a launch."
         ),
     ] = None,
     results: Results = Path("results"),
 ) -> None:
-    """Show the code of the user's own that computed a study.
+    """Show the custom code that computed a study.
 
-    It is that of models, metrics, maps and starts from files beside its spec. It is
-    read, and not run.
+    Custom code is the code of models, metrics, maps and initial conditions in files
+    next to the spec. The code does not run.
 
-    Each version is shown by which any stored trial was computed, that of the spec as
-    last launched first. A folder gets the spec as last launched and that version of the
-    code, ready to launch, and each earlier version in a folder of its own.
+    Prints each version that computed a stored trial, first the version of the last
+    launch. With --to, writes the spec and the code of the last launch, and each earlier
+    version in a subfolder.
+
+    Examples
+    --------
+    sweep code my/vortex
+    sweep code my/vortex --to received
     """
     from sweep.cli.spec_files import how_to_launch_on
     from sweep.sharing import lay_out

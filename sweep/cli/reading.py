@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from typer.core import TyperArgument, TyperCommand
+from typer.core import TyperArgument
 
-from sweep.cli.app import Json, Quiet, Results, StudyName, app
+from sweep.cli.app import Command, Group, Json, Quiet, Results, StudyName, app
 from sweep.cli.reporting import Where, enter_reports, report_command
 from sweep.method import own_methods
 from sweep.methods import Metrics, Over, OverOption
@@ -25,14 +25,20 @@ class IntervalKind(StrEnum):
     bootstrap_t = "bootstrap_t"
 
 
-@app.command()
+@app.command(rich_help_panel=Group.store)
 def status(
     study: StudyName,
     results: Results = Path("results"),
     as_json: Json = False,
     quiet: Quiet = False,  # noqa: ARG001
 ) -> None:
-    """How much of a study is stored, and what went wrong."""
+    """Show progress and failures of a study.
+
+    Examples
+    --------
+    sweep status my/first
+    sweep status my/first --json
+    """
     from sweep.cli.listing import status_json, status_text
     from sweep.tables import StoredStudy
 
@@ -50,8 +56,9 @@ def table(
         IntervalKind | None,
         typer.Option(
             help=(
-                "Student's; or a bootstrap: BCa, or bootstrap-t for few and skewed"
-                " values. By default that of the distribution of each metric."
+                "Kind of confidence interval: Student's t, BCa bootstrap or bootstrap-t"
+                " for few skewed values; by default the kind for the distribution of"
+                " each metric."
             )
         ),
     ] = None,
@@ -59,11 +66,11 @@ def table(
     by: Annotated[
         str | None,
         typer.Option(
-            metavar="SETTING[,SETTING]",
+            metavar="PARAMETER[,PARAMETER]",
             help=(
-                "One row for all points that agree in these settings. Each point weighs"
-                " the same: a value is the mean over the points in one replicate, and"
-                " only replicates count of which all points have a value."
+                "Parameters to group by: one row per combination of their values,"
+                " averaged with equal weight over all other parameters. Only replicates"
+                " with a value at every point count."
             ),
         ),
     ] = None,
@@ -71,11 +78,21 @@ def table(
         list[str] | None,
         typer.Option(
             metavar="COLUMN[:desc]",
-            help="A setting or metric to sort by, the least first. Repeatable.",
+            help="Parameter or metric to sort by, in ascending order; in descending"
+            " order with :desc. Repeatable.",
         ),
     ] = None,
 ) -> "Report":
-    """Means of the metrics with 95 % intervals over the replicates of each point."""
+    """Print means of metrics with confidence intervals.
+
+    One row per point, that is, per combination of parameter values. The 95 % confidence
+    intervals are over the replicates of the point.
+
+    Examples
+    --------
+    sweep table my/first --metric speed
+    sweep table my/first --where "separation_weight >= 1" --csv
+    """
     from sweep.tables import (
         Refusals,
         StoredStudy,
@@ -113,7 +130,7 @@ class Format(StrEnum):
     pdf = "pdf"
 
 
-class PlotCommand(TyperCommand):
+class PlotCommand(Command):
     """A command whose help names all kinds of figures.
 
     The kinds are imported only for the help: matplotlib takes a second to load.
@@ -136,15 +153,16 @@ class PlotCommand(TyperCommand):
         for parameter in self.params:
             if isinstance(parameter, TyperArgument) and parameter.name == "names":
                 parameter.help = (
-                    "More studies, for one figure of all; and kinds of figures:"
-                    f" {', '.join(names)}; of a search {', '.join(of_search)};"
-                    " or a file with one, ./NAME.py; else all that suit. A study that"
-                    " has the name of a kind is written with a slash, as curves/."
+                    "Further studies for a figure of several studies, and kinds of"
+                    f" figures: {', '.join(names)}; of a search {', '.join(of_search)};"
+                    " or a file with a kind, ./NAME.py. By default all kinds that"
+                    " apply. A study with the name of a kind needs a slash, such as"
+                    " curves/."
                 )
         super().format_help(ctx, formatter)
 
 
-@app.command(cls=PlotCommand)
+@app.command(cls=PlotCommand, rich_help_panel=Group.analyse)
 def plot(
     study: StudyName,
     names: Annotated[
@@ -155,36 +173,42 @@ def plot(
         list[str] | None,
         typer.Option(
             help=(
-                "A metric to show; coverage+ is to be high,"
-                " coverage_cv- low. Repeatable."
+                "Metric to plot; + or - at the end marks high or low values as better,"
+                " such as coverage+ and coverage_cv-. Repeatable."
             )
         ),
     ] = None,
     by: Annotated[
-        str | None, typer.Option(help="The setting whose values are lines or colours.")
+        str | None, typer.Option(help="Parameter of the lines or colours.")
     ] = None,
-    x: Annotated[str | None, typer.Option(help="The setting along x.")] = None,
-    y: Annotated[str | None, typer.Option(help="The setting along y.")] = None,
+    x: Annotated[str | None, typer.Option(help="Parameter on the x axis.")] = None,
+    y: Annotated[str | None, typer.Option(help="Parameter on the y axis.")] = None,
     where: Where = None,
     over: OverOption = Over.last,
     formats: Annotated[
         list[Format] | None,
-        typer.Option("--format", help="Repeatable; png by default."),
+        typer.Option("--format", help="File format; by default png. Repeatable."),
     ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
             help=(
-                "Folder of the files; by default results/STUDY/figures, of an object"
-                " store figures/STUDY here; of several studies a folder in that of the"
-                " first one."
+                "Folder for the files; by default results/STUDY/figures. For an object"
+                " store: figures/STUDY in the current folder. For several studies: a"
+                " subfolder of the folder of the first study."
             )
         ),
     ] = None,
 ) -> None:
-    """Draw figures of a study, with intervals and units, and print where they are.
+    """Plot figures of a study with confidence intervals.
 
-    Several studies are drawn into one figure, told apart as settings are.
+    Prints the path of each file. With several studies, each figure has the data of all
+    studies, and distinguishes studies in the same way as parameter values.
+
+    Examples
+    --------
+    sweep plot my/first
+    sweep plot my/first curves --metric speed --format pdf
     """
     from sweep.figures import (
         Choices,

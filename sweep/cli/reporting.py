@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from sweep.cli.app import Json, Results, StudyName, app, one_format
+from sweep.cli.app import Group, Json, Results, StudyName, app, one_format
 from sweep.method import Method, may_have_others, methods
-from sweep.text import description_of
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
 log = logging.getLogger("sweep")
 Csv = Annotated[bool, typer.Option("--csv", help="Print CSV.")]
 Latex = Annotated[
-    bool, typer.Option("--latex", help="Print the table for LaTeX, with booktabs.")
+    bool, typer.Option("--latex", help="Print a LaTeX table for the package booktabs.")
 ]
 FORMATS = {"csv": Csv, "json": Json, "latex": Latex}
 
@@ -32,8 +31,9 @@ Where = Annotated[
     typer.Option(
         metavar="CONDITION",
         help=(
-            "Only these points: settings, as n=50,map=empty, or a condition, as"
-            " \"n >= 50 and map != 'empty'\". Repeatable, and all hold."
+            "Condition on points: parameter values such as n=50,map=empty, or an"
+            " expression such as \"n >= 50 and map != 'empty'\". Repeatable; all"
+            " conditions must be true."
         ),
     ),
 ]
@@ -59,8 +59,8 @@ def report_command(make: Make, parameters: Sequence[Parameter] = ()) -> Make:
     Parameters
     ----------
     make : callable
-        The function. The command has its name, and its docstring as the help: up to the
-        sections, since options have a help of their own.
+        The function. The command has its name, and its docstring as the help: the text
+        before the sections, and the commands in the section Examples.
     parameters : sequence of inspect.Parameter, optional
         Arguments and options of the command; by default those of the function.
     """
@@ -80,7 +80,7 @@ def report_command(make: Make, parameters: Sequence[Parameter] = ()) -> Make:
     # typer reads both, and cannot know a type that is not imported.
     vars(command)["__signature__"] = inspect.Signature(shown)
     command.__annotations__ = {option.name: option.annotation for option in shown}
-    app.command(help=description_of(make))(command)
+    app.command(rich_help_panel=Group.analyse)(command)
     return make
 
 

@@ -10,6 +10,7 @@ import typer
 
 from sweep.cli.app import (
     CodeFrom,
+    Group,
     Json,
     NoCode,
     Quiet,
@@ -43,19 +44,61 @@ class Scale(StrEnum):
     numerics = "numerics"
 
 
-@app.command()
+@app.command(rich_help_panel=Group.run)
+def plan(
+    spec: Spec,
+    workers: Annotated[
+        int,
+        typer.Option(
+            min=0,
+            max=MOST_PLANNED,
+            help="Number of workers, also of a cluster; 0 = one per core.",
+        ),
+    ] = 0,
+    results: Results = Path("results"),
+    as_json: Json = False,
+    quiet: Quiet = False,  # noqa: ARG001
+    no_code: NoCode = False,
+    code_from: CodeFrom = None,
+) -> None:
+    """Show the points, the trials and the cost of a spec.
+
+    Prints one plan per study and per `validate` variant: points, trials, rejected
+    points, and estimates of the time and the disk space. With --json, prints one object
+    per plan.
+
+    Examples
+    --------
+    sweep plan spec.yaml
+    sweep plan spec.yaml --workers 64 --json
+    """
+    from sweep.campaigns import plan_of
+    from sweep.cli.spec_files import check_spec_file
+    from sweep.own_code import load_specs, with_variants
+    from sweep.workers import worker_count
+
+    check_spec_file(spec, results)
+    specs = load_specs(spec, code=not no_code, code_from=code_from)
+    plans = [
+        plan_of(study, worker_count(workers), results)
+        for spec_study in specs
+        for study in with_variants(spec_study)
+    ]
+    for study_plan in plans:
+        print(study_plan.as_json() if as_json else study_plan.as_text())
+
+
+@app.command(rich_help_panel=Group.run)
 def launch(
     spec: Spec,
     workers: Workers = 0,
     results: Results = Path("results"),
-    retry: Annotated[
-        bool, typer.Option(help="Run trials that failed before once more.")
-    ] = False,
+    retry: Annotated[bool, typer.Option(help="Run failed trials once more.")] = False,
     shard: Annotated[
         str | None,
         typer.Option(
             metavar="K/N",
-            help="Run this share of the trials only; other launches run the others.",
+            help="Shard to run, the K-th of N; other launches run the other shards.",
         ),
     ] = None,
     as_json: Json = False,
@@ -69,20 +112,28 @@ def launch(
         bool,
         typer.Option(
             "--show",
-            help="Follow it in the browser, in the results explorer, which may launch"
-            " the spec again after a change. The page stays until Ctrl-C.",
+            help="Follow the run in the results explorer in the browser, which may"
+            " launch a changed spec again. The explorer stays open until Ctrl-C.",
         ),
     ] = False,
     no_open: Annotated[
         bool,
-        typer.Option("--no-open", help="With --show: only print the address."),
+        typer.Option(
+            "--no-open", help="With --show: print the address and open no browser."
+        ),
     ] = False,
 ) -> None:
-    """Run the trials of a study that are not stored yet, or of each study of a spec.
+    """Run all missing trials of a spec.
 
-    The variants that `validate` asks for run too.
+    A spec of several studies runs study by study. The variants of `validate` run too.
 
-    Ctrl-C stops at once and keeps what is done; the same command goes on from there.
+    Ctrl-C stops at once and keeps all finished trials. The same command resumes the
+    run.
+
+    Examples
+    --------
+    sweep launch spec.yaml
+    sweep launch spec.yaml --workers 8 --shard 1/4
     """
     from sweep.campaigns import check_flights, check_launches
     from sweep.campaigns import launch as run_study
@@ -131,7 +182,7 @@ def launch(
         raise SystemExit(1)
 
 
-@app.command()
+@app.command(rich_help_panel=Group.run)
 def search(
     spec: Spec,
     workers: Workers = 0,
@@ -141,9 +192,9 @@ def search(
         typer.Option(
             min=1,
             help=(
-                "Repeat the search so often with other seeds, and compare it with"
-                " random searches; by default as often as the stored search of this"
-                " spec, or not at all."
+                "Number of repetitions of the search with other seeds, for a comparison"
+                " with random searches; by default the number of the stored search, or"
+                " no repetition."
             ),
         ),
     ] = None,
@@ -151,13 +202,11 @@ def search(
         str | None,
         typer.Option(
             metavar="URL",
-            help="An optuna storage to write the search into, as sqlite:///x.db; "
-            "the password of a database is that of SWEEP_EXPORT_PASSWORD.",
+            help="Optuna storage for a copy of the search, such as sqlite:///x.db; the"
+            " password of a database comes from SWEEP_EXPORT_PASSWORD.",
         ),
     ] = None,
-    retry: Annotated[
-        bool, typer.Option(help="Run trials that failed before once more.")
-    ] = False,
+    retry: Annotated[bool, typer.Option(help="Run failed trials once more.")] = False,
     as_json: Json = False,
     quiet: Quiet = False,
     executor: Engine = LOCAL,
@@ -166,9 +215,18 @@ def search(
     no_code: NoCode = False,
     code_from: CodeFrom = None,
 ) -> None:
-    """Search for good settings, judge the best on new seeds, and report.
+    """Search for the best parameters and validate them.
 
-    Ctrl-C stops at once and keeps what is done; the same command goes on from there.
+    The spec has a section `search`. The best candidates are validated with new seeds
+    (held-out trials), and the report lists candidates with confidence intervals.
+
+    Ctrl-C stops at once and keeps all finished trials. The same command resumes the
+    search.
+
+    Examples
+    --------
+    sweep search gains.yaml
+    sweep search gains.yaml --repetitions 5 --json
     """
     from sweep.cli.progress import ProgressBar
     from sweep.cli.reporting import print_report
@@ -212,99 +270,68 @@ def search(
         raise SystemExit(1)
 
 
-@app.command()
-def plan(
-    spec: Spec,
-    workers: Annotated[
-        int,
-        typer.Option(
-            min=0,
-            max=MOST_PLANNED,
-            help="Workers, here or of a cluster; 0 for as many as there are cores.",
-        ),
-    ] = 0,
-    results: Results = Path("results"),
-    as_json: Json = False,
-    quiet: Quiet = False,  # noqa: ARG001
-    no_code: NoCode = False,
-    code_from: CodeFrom = None,
-) -> None:
-    """Show what a spec would run: points, trials, rejections, and what it may cost.
-
-    Of a spec of several studies there is a plan each, with --json an object each. So it
-    is with the variants that `validate` asks for.
-    """
-    from sweep.campaigns import plan_of
-    from sweep.cli.spec_files import check_spec_file
-    from sweep.own_code import load_specs, with_variants
-    from sweep.workers import worker_count
-
-    check_spec_file(spec, results)
-    specs = load_specs(spec, code=not no_code, code_from=code_from)
-    plans = [
-        plan_of(study, worker_count(workers), results)
-        for spec_study in specs
-        for study in with_variants(spec_study)
-    ]
-    for study_plan in plans:
-        print(study_plan.as_json() if as_json else study_plan.as_text())
-
-
-@app.command()
+@app.command(rich_help_panel=Group.run)
 def reproduce(
     experiments: Annotated[
         Path | None,
         typer.Argument(
-            help="Folder of the studies with a published.yaml; by default experiments,"
-            " or the built-in studies where it has none.",
+            help="Folder of studies with a published.yaml; by default the folder"
+            " experiments, or the built-in studies if that folder has none.",
         ),
     ] = None,
     only: Annotated[
         list[str] | None,
-        typer.Option(help="Run, draw and judge this study only; may be repeated."),
+        typer.Option(help="Study to reproduce; by default all. Repeatable."),
     ] = None,
     scale: Annotated[
         Scale,
         typer.Option(
-            help="All trials, few of them as a try, or few of them of every variant of"
-            " a kind: mutants, details or numerics."
+            help="Number of trials: full, or quick for a first look. With few trials of"
+            " variants of the studies: mutants, details or numerics."
         ),
     ] = Scale.full,
     variant: Annotated[
         list[str] | None,
         typer.Option(
-            help="Try this variant only, or those of a pattern such as 'n-*'; may be"
-            " repeated."
+            help="Variant to run, or a pattern such as 'n-*'; by default all."
+            " Repeatable."
         ),
     ] = None,
     plan_only: Annotated[
         bool,
         typer.Option(
             "--plan",
-            help="Run nothing: say which difference each claim could notice with all"
-            " its trials, from those that are stored at the full or the quick scale.",
+            help="Run nothing: print the smallest difference that each claim could"
+            " detect with all its trials, estimated from stored trials of the scale"
+            " full or quick.",
         ),
     ] = False,
     results: Results = Path("results"),
     workers: Workers = 0,
 ) -> None:
-    """Run the published studies, draw their figures, and judge every published claim.
+    """Reproduce the published studies and judge their claims.
 
-    It runs only what is missing.
+    Only missing trials run. The verdicts are in scorecard.html in the results folder,
+    with the figures.
 
-    It runs code: figures.py of each study in the folder, and the files beside it that
-    it imports. With --only it runs that of the named studies alone. Read this code
-    first. The verdicts are on the page scorecard.html below the results.
+    It runs code: figures.py of each study in the folder, and the files in the same
+    folder that figures.py imports. With --only, only the code of the named studies
+    runs. Read the code first.
 
-    At the scales "mutants", "details" and "numerics" it runs and judges variants of the
-    studies, with few trials: the wrong versions that published.yaml names, and
-    mistakes of the program, each made in a copy of it; each number moved by 2 and 10 %,
-    and each detail of other presets; half the time step, the other order of updates,
-    and another seed. It says which verdicts turn, and stores that in variants.json
-    below the results, for the page.
+    The scales "mutants", "details" and "numerics" run and judge variants of the
+    studies, with few trials. Mutants are the wrong versions in published.yaml, and
+    mistakes in a copy of the program. Details are changes of each number by 2 and 10 %,
+    and each component of other presets. Numerics are half the time step, the other
+    update order, and another seed. The command prints the verdicts that change, and
+    stores them in variants.json in the results folder.
 
-    With --plan it says first what the trials could show: a claim whose noticeable
-    difference exceeds its margin is weak, and how many trials would do.
+    With --plan, a claim is weak if its detectable difference exceeds its margin. The
+    command then prints the number of trials that the claim needs.
+
+    Examples
+    --------
+    sweep reproduce --only nguyen2024 --scale quick
+    sweep reproduce --plan
     """
     from sweep.cli.progress import ProgressBar
     from sweep.published import (

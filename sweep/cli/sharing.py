@@ -9,6 +9,7 @@ import typer
 from sweep.cli.app import (
     CodeFrom,
     Force,
+    Group,
     Json,
     NoCode,
     Results,
@@ -19,21 +20,27 @@ from sweep.cli.app import (
 )
 
 
-@app.command()
+@app.command(rich_help_panel=Group.store)
 def pack(
     study: StudyName,
     to: Annotated[
         Path | None,
         typer.Option(
-            "--to", help="The .zip file; by default the study's name in this folder."
+            "--to", help="File to write, .zip; by default the name of the study."
         ),
     ] = None,
     force: Force = False,
     results: Results = Path("results"),
 ) -> None:
-    """Write a stored study into one file, which others can read without boidsweep.
+    """Pack a stored study into one ZIP file.
 
-    It has its tables, spec, code, origin, citation and checksums.
+    The file contains tables, spec, code, provenance, citation and checksums, and is
+    readable without boidsweep.
+
+    Examples
+    --------
+    sweep pack my/first
+    sweep pack my/first --to first.zip --force
     """
     from sweep.design import size
     from sweep.sharing import pack as write
@@ -50,23 +57,29 @@ def pack(
     print(f"{done.sha256}  {done.path}")
 
 
-@app.command()
+@app.command(rich_help_panel=Group.store)
 def load(
-    file: Annotated[Path, typer.Argument(help="A file that `sweep pack` has written.")],
+    file: Annotated[Path, typer.Argument(help="File that `sweep pack` has written.")],
     name: Annotated[
-        str | None, typer.Option("--as", metavar="NAME", help="Call the study so.")
+        str | None,
+        typer.Option("--as", metavar="NAME", help="Store the study under this name."),
     ] = None,
     to: Annotated[
         Path | None,
         typer.Option(
-            "--to", help="Write its spec and code into this new folder, to launch."
+            "--to", help="New folder for the spec and the code, ready for a launch."
         ),
     ] = None,
     results: Results = Path("results"),
 ) -> None:
-    """Make a study of a packed file again, after a check of all of it.
+    """Load a packed study into a results folder.
 
-    No code of the study runs.
+    Checks the whole file first. No code of the study runs.
+
+    Examples
+    --------
+    sweep load first.zip
+    sweep load first.zip --as their/first --to received
     """
     from sweep.cli.spec_files import how_to_launch_on, what_the_spec_needs
     from sweep.sharing import check_new, lay_out, unpack
@@ -91,20 +104,27 @@ def load(
         print(advice, file=sys.stderr)
 
 
-@app.command()
+@app.command(rich_help_panel=Group.store)
 def cite(
     study: Annotated[
         str | None,
-        typer.Argument(metavar="STUDY", help="A stored study; none: the program."),
+        typer.Argument(
+            metavar="STUDY", help="Stored study; by default the program alone."
+        ),
     ] = None,
     bibtex: Annotated[bool, typer.Option("--bibtex", help="Print BibTeX.")] = False,
     as_json: Json = False,
     results: Results = Path("results"),
 ) -> None:
-    """Print what to cite: the program, and with a study more works.
+    """Print citations of the program, the model and a study.
 
-    These are the work behind its model, and the study with a hash of its content.
-    --json prints CSL, as Zotero and pandoc read it.
+    The citation of the model is the publication behind the model. The citation of the
+    study has a hash of the content. With --json, prints CSL for Zotero and pandoc.
+
+    Examples
+    --------
+    sweep cite
+    sweep cite my/first --bibtex
     """
     from sweep.sharing import cite as cited
     from sweep.tables import StoredStudy
@@ -117,21 +137,26 @@ def cite(
         print(citation.as_json() if as_json else citation.as_text())
 
 
-@app.command()
+@app.command(rich_help_panel=Group.store)
 def odd(
     study: Annotated[
         str,
-        typer.Argument(metavar="STUDY|SPEC", help="A stored study, or a .yaml file."),
+        typer.Argument(metavar="STUDY|SPEC", help="Stored study, or spec (.yaml)."),
     ],
     results: Results = Path("results"),
     trust: Trust = False,
     no_code: NoCode = False,
     code_from: CodeFrom = None,
 ) -> None:
-    """Print an ODD description (Grimm et al. 2020) of a model and a study in Markdown.
+    """Write a draft ODD protocol (Grimm et al. 2020).
 
-    It is made of what the code and the spec say of themselves. What they do not say is
-    a gap.
+    Prints Markdown about a model and a study, from the docstrings of the code and from
+    the spec. The last chapter lists the gaps that you have to fill.
+
+    Examples
+    --------
+    sweep odd my/first
+    sweep odd spec.yaml --no-code
     """
     from sweep.design import expand
     from sweep.own_code import load_spec

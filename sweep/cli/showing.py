@@ -14,6 +14,7 @@ import typer
 from sweep.cli.app import (
     CodeFrom,
     Force,
+    Group,
     LaunchFile,
     NoCode,
     Results,
@@ -43,7 +44,7 @@ from sweep.cli.supplementing import (
     write_supplement,
 )
 from sweep.cli.viewing import open_page
-from sweep.methods import Confidence, Correction, Margin, Over, Together
+from sweep.methods import Confidence, Correction, Margin, Over, OverOption, Together
 from sweep.text import installing
 
 if TYPE_CHECKING:
@@ -61,14 +62,14 @@ COMPARED = ("metric", "over", *JUDGED)
 """Options of a comparison. Options that are in no list here belong to a file."""
 
 
-@app.command()
+@app.command(rich_help_panel=Group.explore)
 def show(
     context: typer.Context,
     study: Annotated[
         str | None,
         typer.Argument(
             metavar="[STUDY]",
-            help="The study to begin with; else the list of all.",
+            help="Study to open; by default the list of all studies.",
             autocompletion=study_names,
         ),
     ] = None,
@@ -77,20 +78,23 @@ def show(
         typer.Argument(
             metavar="[OTHER]",
             help=(
-                "What the study is compared with. Both are written as sweep compare"
-                " takes them: STUDY, STUDY:setting=value[,...] or STUDY:PRESET."
+                "Side B of a comparison. Each side has the form of `sweep compare`:"
+                " STUDY, STUDY:parameter=value[,...] or STUDY:PRESET."
             ),
             autocompletion=study_names,
         ),
     ] = None,
     results: Results = Path("results"),
     port: Annotated[
-        int, typer.Option(min=0, max=65535, help="Port to serve at; 0 for a free one.")
+        int,
+        typer.Option(min=0, max=65535, help="Port of the server; 0 = a free port."),
     ] = 0,
     no_open: Annotated[
         bool,
         typer.Option(
-            "--no-open", help="Only print the address, as for a remote machine."
+            "--no-open",
+            help="Print the address and open no browser, for example on a remote"
+            " machine.",
         ),
     ] = False,
     launch: LaunchFile = None,
@@ -98,9 +102,7 @@ def show(
     code_from: CodeFrom = None,
     to: To = None,
     metric: FigureMetric = "",
-    over: Annotated[
-        Over, typer.Option(help="The last frame, or the mean over the last half.")
-    ] = Over.last,
+    over: OverOption = Over.last,
     margin: Margin = None,
     confidence: Confidence = 0.95,
     together: Correction = Together.holm,
@@ -119,16 +121,22 @@ def show(
     force: Force = False,
     trust: Trust = False,
 ) -> None:
-    """Explore results in the browser: tables, figures, and each trial behind them.
+    """Open the results explorer, or write an interactive figure.
 
-    Trials are played again. It only reads, and follows a launch that is running. The
-    page is served to this machine only. Ctrl-C ends it. Two studies, or two parts of
-    one, are compared, with the numbers of sweep compare. With --launch it may put more
-    points into a region of the study of a spec, and launch that, when you say so.
+    The explorer has figures, tables, and the trials behind each number, which run
+    again. It only reads results, and follows a launch that is running. With two
+    studies, or two groups of points, it compares them as `sweep compare` does. With
+    --launch, the explorer can add points to a region of a study and launch the spec,
+    after a click. The server answers on this machine only. Ctrl-C ends the server.
 
-    With --to it writes one study for readers instead, as one file of at most 16 MiB:
-    its figure with intervals, and behind every point a stored trial that plays. Each of
-    these trials is run again and compared with what is stored, bit for bit.
+    With --to, writes an interactive figure of one study: an HTML file of at most 16 MiB
+    with confidence intervals, and a stored trial behind every point. Each of these
+    trials runs again and is compared with the stored results, bit for bit.
+
+    Examples
+    --------
+    sweep show my/first
+    sweep show my/first --to figure.html --metric speed
     """
     _check_options(context, study, other, to)
     if study is None or to is None:

@@ -7,52 +7,55 @@ from typing import Annotated
 
 import typer
 
-from sweep.cli.app import Force, app, stop
+from sweep.cli.app import Force, Group, app, stop
 from sweep.cli.completing import model_names
 
 
-@app.command()
+@app.command(rich_help_panel=Group.start)
 def init(
     study: Annotated[
         str | None,
         typer.Argument(
-            help="A built-in study, e.g. nguyen2024/separation; without it all are"
-            " listed. With --model there is none.",
+            help="Built-in study, such as nguyen2024/separation; by default a list of"
+            " all built-in studies. With --model: the file of the new spec.",
         ),
     ] = None,
     path: Annotated[
         Path | None,
         typer.Argument(
             metavar="FILE",
-            help="The new spec, NAME.yaml; by default in the current folder, named as"
-            " the study or the model.",
+            help="File of the new spec, NAME.yaml; by default a file in the current"
+            " folder with the name of the study or model.",
         ),
     ] = None,
     model: Annotated[
         str | None,
         typer.Option(
             autocompletion=model_names,
-            help="Begin with a small study of this model instead: one of `sweep"
-            " models`, or a file, ./NAME.py, which is run.",
+            help="Model of a new small study: one of `sweep models`, or a file"
+            " ./NAME.py, which runs.",
         ),
     ] = None,
     preset: Annotated[
         str | None,
-        typer.Option(help="A preset of the model; by default as_run, or its first."),
+        typer.Option(
+            help="Preset of the model; by default as_run, or the first preset."
+        ),
     ] = None,
     force: Force = False,
 ) -> None:
-    """Begin a study of your own, as a built-in one or with a model.
+    """Create a spec from a built-in study or for a model.
 
-    With --model it is a small one that takes some seconds and explains its keys. A
-    file NAME.yaml has the study my/NAME: its results are apart from those of the
-    built-in one. Tables and images that a built-in spec names are copied too.
+    With --model, the spec is a small study that takes some seconds, and comments
+    explain its keys. The study in a file NAME.yaml is my/NAME, so the results are
+    separate from the results of the built-in study. Tables and images of a built-in
+    spec are copied too.
 
-    \b
-    sweep init                                    lists the built-in studies
-    sweep init nguyen2024/separation wide.yaml    a copy of one of them
-    sweep init wide.yaml --model nguyen2024       a small study of a model
-    """  # noqa: D301 (click keeps the lines of a paragraph that begins with \b)
+    Examples
+    --------
+    sweep init nguyen2024/separation wide.yaml
+    sweep init wide.yaml --model nguyen2024
+    """
     from sweep.cli.listing import built_in_table
     from sweep.cli.terminal import console
     from sweep.published import begin, begin_with_model
@@ -79,18 +82,27 @@ def init(
         print("  " + shlex.join(["sweep", command, str(begun.path)]), file=sys.stderr)
 
 
-@app.command()
+@app.command(rich_help_panel=Group.start)
 def new(
-    kind: Annotated[str, typer.Argument(help="model, metric, map or start.")],
-    name: Annotated[str, typer.Argument(help="Its name, e.g. vortex.")],
+    kind: Annotated[
+        str,
+        typer.Argument(help="Kind of custom code: model, metric, map or start."),
+    ],
+    name: Annotated[str, typer.Argument(help="Name of the new code, such as vortex.")],
     folder: Annotated[
-        Path, typer.Option(help="The folder of the new files, which is there.")
+        Path, typer.Option(help="Existing folder for the new files.")
     ] = Path(),
 ) -> None:
-    """Begin a model, a metric, a map or a start of your own.
+    """Create a custom model, metric, map or start.
 
-    It is a file NAME.py that works as it stands. A model comes with NAME.yaml, a small
-    study of it, and with test_NAME.py. No file is replaced.
+    Writes a file NAME.py that runs without changes. A start is code for initial
+    conditions. A model also has NAME.yaml, a small study, and test_NAME.py. Existing
+    files are never replaced.
+
+    Examples
+    --------
+    sweep new model vortex
+    sweep new metric stretch --folder studies
     """
     from sweep.published import create
 

@@ -32,29 +32,29 @@ To = Annotated[
     typer.Option(
         "--to",
         metavar="FILE.html",
-        help="Write the figure of the study, with runs behind its points, into one file"
-        " that opens from disk; nothing is served.",
+        help="File for an interactive figure of the study, which opens from disk"
+        " without a server.",
     ),
 ]
 FigureMetric = Annotated[
     str,
     typer.Option(
-        help="The metric of the figure, by default the first; of two sides the one to"
-        " compare, by default all that they share.",
+        help="Metric of the figure, by default the first metric; for two sides, metric"
+        " to compare, by default all shared metrics.",
         rich_help_panel=PANEL,
     ),
 ]
 AcrossSetting = Annotated[
     str,
     typer.Option(
-        help="The setting along the axis; by default the one with the most values.",
+        help="Parameter on the axis; by default the parameter with the most values.",
         rich_help_panel=PANEL,
     ),
 ]
 BySetting = Annotated[
     str,
     typer.Option(
-        help="The setting that is a colour; by default one that suits.",
+        help="Parameter that is a colour; by default chosen by the figure.",
         rich_help_panel=PANEL,
     ),
 ]
@@ -62,8 +62,8 @@ ShownTrials = Annotated[
     list[TrialRole] | None,
     typer.Option(
         "--trials",
-        help="Which trial of a point plays, by the metric; by default the median."
-        " Repeatable.",
+        help="Trial of each point that plays, by its rank in the metric; by default the"
+        " median. Repeatable.",
         rich_help_panel=PANEL,
     ),
 ]
@@ -72,7 +72,7 @@ Frames = Annotated[
     typer.Option(
         min=2,
         max=100_000,
-        help="At most so many frames of a run; fewer where the file has no room.",
+        help="Maximum number of frames per trial; fewer if the file becomes too large.",
         rich_help_panel=PANEL,
     ),
 ]
@@ -81,23 +81,25 @@ CitationFile = Annotated[
     typer.Option(
         "--about",
         metavar="CITATION.cff",
-        help="Take title, authors, doi, license and abstract from this file.",
+        help="File with title, authors, DOI, licence and abstract.",
         rich_help_panel=PANEL,
     ),
 ]
-Title = Annotated[str, typer.Option(help="The title.", rich_help_panel=PANEL)]
+Title = Annotated[str, typer.Option(help="Title of the page.", rich_help_panel=PANEL)]
 Authors = Annotated[
     list[str] | None,
-    typer.Option("--author", help="An author. Repeatable.", rich_help_panel=PANEL),
+    typer.Option(
+        "--author", help="Author of the data. Repeatable.", rich_help_panel=PANEL
+    ),
 ]
 Doi = Annotated[
-    str, typer.Option(help="The DOI of what it belongs to.", rich_help_panel=PANEL)
+    str, typer.Option(help="DOI of the related publication.", rich_help_panel=PANEL)
 ]
 Licence = Annotated[
-    str, typer.Option(help="The licence of the data.", rich_help_panel=PANEL)
+    str, typer.Option(help="Licence of the data.", rich_help_panel=PANEL)
 ]
 Caption = Annotated[
-    str, typer.Option(help="What the figure shows.", rich_help_panel=PANEL)
+    str, typer.Option(help="Caption of the figure.", rich_help_panel=PANEL)
 ]
 
 

@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from sweep.cli.app import CodeFrom, LaunchFile, NoCode, Results, Trust, app, stop
+from sweep.cli.app import (
+    CodeFrom,
+    Group,
+    LaunchFile,
+    NoCode,
+    Results,
+    Trust,
+    app,
+    stop,
+)
 from sweep.cli.completing import model_names
 from sweep.spec import SPEC_ENDINGS
 from sweep.text import installing
@@ -20,53 +29,59 @@ if TYPE_CHECKING:
     from sweep.web import Show, ViewState
 
 
-@app.command()
+@app.command(rich_help_panel=Group.explore)
 def view(
     source: Annotated[
         str | None,
         typer.Argument(
             metavar="[SPEC | STUDY]",
-            help="A spec or a study, of which the first point is shown; without one, a"
-            " page of demos.",
+            help="Spec or stored study, shown from its first point; by default a page"
+            " of demos.",
         ),
     ] = None,
     trial: Annotated[
         str | None,
         typer.Argument(
             metavar="[TRIAL]",
-            help="A stored trial of the study to replay: its id, or its beginning.",
+            help="Stored trial to replay: its id, or the beginning of the id.",
         ),
     ] = None,
     model: Annotated[
         str | None,
         typer.Option(
             autocompletion=model_names,
-            help="A model, or a file that has one: ./NAME.py; by default the first of"
-            " `sweep models`.",
+            help="Model, or file with a model such as ./NAME.py; by default the first"
+            " of `sweep models`.",
         ),
     ] = None,
     preset: Annotated[
         str | None,
-        typer.Option(help="A preset of it; by default as_run, or its first."),
+        typer.Option(
+            help="Preset of the model; by default as_run, or the first preset."
+        ),
     ] = None,
     map_name: Annotated[
-        str | None, typer.Option("--map", help="A map; that of the preset by default.")
+        str | None,
+        typer.Option("--map", help="Map; by default the map of the preset."),
     ] = None,
     settings: Annotated[
         list[str] | None,
         typer.Option(
             "--set",
             metavar="NAME=VALUE",
-            help="A setting: n=50; may be given several times.",
+            help="Value of a parameter, such as n=50. Repeatable.",
         ),
     ] = None,
     port: Annotated[
-        int, typer.Option(min=0, max=65535, help="Port to serve at; 0 for a free one.")
+        int,
+        typer.Option(min=0, max=65535, help="Port of the server; 0 = a free port."),
     ] = 0,
     no_open: Annotated[
         bool,
         typer.Option(
-            "--no-open", help="Only print the address, as for a remote machine."
+            "--no-open",
+            help="Print the address and open no browser, for example on a remote"
+            " machine.",
         ),
     ] = False,
     results: Results = Path("results"),
@@ -75,10 +90,15 @@ def view(
     code_from: CodeFrom = None,
     trust: Trust = False,
 ) -> None:
-    """See the swarm in the browser: demos, a model, a spec, a study or a stored trial.
+    """Open the live simulator in the browser.
 
-    A spec or a study is shown from its first point, a stored trial again. The page is
-    served to this machine only. Ctrl-C ends it.
+    Shows demos, a model, a spec, a study, or a stored trial that runs again. The server
+    answers on this machine only. Ctrl-C ends the server.
+
+    Examples
+    --------
+    sweep view --model nguyen2024 --set n=50
+    sweep view spec.yaml
     """
     if source and (model or preset or map_name):
         stop(

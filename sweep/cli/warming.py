@@ -5,19 +5,19 @@ from typing import Annotated
 
 import typer
 
-from sweep.cli.app import CodeFrom, NoCode, Quiet, app
+from sweep.cli.app import CodeFrom, Group, NoCode, Quiet, app
 from sweep.cli.completing import model_names
 from sweep.spec import SPEC_ENDINGS
 
 
-@app.command()
+@app.command(rich_help_panel=Group.run)
 def warm(
     sources: Annotated[
         list[str] | None,
         typer.Argument(
             metavar="[MODEL | SPEC]...",
-            help="Models, or files that have one, ./NAME.py; or specs. By default all"
-            " models of `sweep models`.",
+            help="Models, files with a model such as ./NAME.py, or specs; by default"
+            " all models of `sweep models`.",
             autocompletion=model_names,
         ),
     ] = None,
@@ -25,10 +25,16 @@ def warm(
     no_code: NoCode = False,
     code_from: CodeFrom = None,
 ) -> None:
-    """Compile ahead what specs or models need, into the cache.
+    """Compile models or specs ahead of a launch.
 
-    Of a spec that is what its launch would compile, and of a model also all metrics
-    that can be measured in it. Where everything is compiled it is only loaded.
+    For a spec, compiles the code of its launch. For a model, also compiles all metrics
+    that the model can have. The compiled code is in a cache, and code in the cache is
+    only loaded.
+
+    Examples
+    --------
+    sweep warm spec.yaml
+    sweep warm nguyen2024 --quiet
     """
     from kernels.models import MODELS
     from sweep.campaigns import cache_folder, warm_model, warm_study

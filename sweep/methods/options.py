@@ -22,20 +22,30 @@ class Together(StrEnum):
 
 
 OverOption = Annotated[
-    Over, typer.Option(help="The last frame, or the mean over the last half.")
+    Over,
+    typer.Option(
+        help="Value of a metric: last frame, or mean over the second half of a trial."
+    ),
 ]
 Metrics = Annotated[
-    list[str] | None, typer.Option(help="A metric to show; may be repeated.")
+    list[str] | None,
+    typer.Option(help="Metric to report; by default all metrics. Repeatable."),
 ]
 Confidence = Annotated[
-    float, typer.Option(help="With which all intervals hold together.")
+    float, typer.Option(help="Simultaneous confidence level of all rows.")
 ]
 Margin = Annotated[
     float | None,
     typer.Option(
-        help="Test whether B - A lies within +-margin, in the unit of the metric."
+        help="Equivalence margin in the unit of the metric: tests whether B - A is"
+        " between -margin and +margin."
     ),
 ]
 Correction = Annotated[
-    Together, typer.Option(help="Correction for many rows; max_t resamples pairs.")
+    Together,
+    typer.Option(
+        "--together",
+        "--correction",
+        help="Correction for multiple comparisons; max_t is a bootstrap of pairs.",
+    ),
 ]

@@ -25,26 +25,33 @@ def compare(
         str,
         typer.Argument(
             metavar="A",
-            help="STUDY, STUDY:setting=value[,setting=value], or STUDY:PRESET.",
+            help="Side A: STUDY, STUDY:parameter=value[,parameter=value], or"
+            " STUDY:PRESET.",
         ),
     ],
     b: Annotated[
         str,
-        typer.Argument(metavar="B", help="What is compared with it, written alike."),
+        typer.Argument(
+            metavar="B", help="Side B, in the form of A. Differences are B - A."
+        ),
     ],
     results: "Location" = Path("results"),
     metric: Annotated[
-        list[str] | None, typer.Option(help="A metric to compare; may be repeated.")
+        list[str] | None,
+        typer.Option(
+            help="Metric to compare; by default all metrics of both sides. Repeatable."
+        ),
     ] = None,
     over: OverOption = Over.last,
     margin: Margin = None,
     confidence: Confidence = 0.95,
     together: Correction = Together.holm,
 ) -> "Report":
-    """Compare B with A, point by point: differences with intervals, p and a verdict.
+    """Compare two studies or groups of points by each metric.
 
-    Points that agree in all that varies are compared, their trials in pairs where they
-    share random numbers.
+    Prints differences B - A with simultaneous confidence intervals, adjusted p-values,
+    effect sizes and verdicts. Points are matched by the parameters that vary. Trials
+    are compared in pairs if they share random numbers.
 
     Parameters
     ----------
@@ -66,6 +73,11 @@ def compare(
     Returns
     -------
     Report
+
+    Examples
+    --------
+    sweep compare my/first:separation_weight=0.5 my/first:separation_weight=2
+    sweep compare my/first my/second --metric speed --margin 0.1
     """
     from sweep.methods.comparison.analysis import Inference, compare_sides
     from sweep.methods.comparison.report import comparison_report

@@ -15,10 +15,11 @@ def hysteresis(
     metric: Metrics = None,
     over: OverOption = Over.last,
 ) -> "Report":
-    """Show the loops between way up and way down, of a study with `continue: both`.
+    """Measure hysteresis loops (needs `continue: both`).
 
-    Of each loop its area, and between which values of the continued axis both ways
-    differ. Chains are independent, and links of one are not: intervals are over chains.
+    Prints the area of each loop, and the range of parameter values in which the
+    increasing and the decreasing branch differ. Confidence intervals are over chains,
+    because chains are independent and links of a chain are not.
 
     Parameters
     ----------
@@ -31,6 +32,11 @@ def hysteresis(
     Returns
     -------
     Report
+
+    Examples
+    --------
+    sweep hysteresis my/loop
+    sweep hysteresis my/loop --metric polarization --over half
     """
     from sweep.methods.hysteresis.analysis import find_loops
     from sweep.methods.hysteresis.report import hysteresis_report

@@ -18,7 +18,8 @@ def power(
         str,
         typer.Argument(
             metavar="A",
-            help="The pilot: STUDY, STUDY:setting=value[,...], or STUDY:PRESET.",
+            help="Pilot study, and side A of a difference: STUDY,"
+            " STUDY:parameter=value[,...], or STUDY:PRESET.",
         ),
     ],
     b: Annotated[
@@ -26,8 +27,8 @@ def power(
         typer.Argument(
             metavar="B",
             help=(
-                "What A is to differ from, written alike. Without it the first point of"
-                " A is compared with each of the others."
+                "Side B of a difference, in the form of A; by default each further"
+                " point of A is compared with the first point of A."
             ),
         ),
     ] = None,
@@ -37,8 +38,8 @@ def power(
         typer.Option(
             metavar="METRIC=SIZE",
             help=(
-                "Half the width that the 95 % interval may have: speed=0.05 in the unit"
-                " of the metric, speed=5% as a share of the mean. Repeatable."
+                "Half-width of the 95 % confidence interval of a mean: speed=0.05 in"
+                " the unit of the metric, or speed=5% of the mean. Repeatable."
             ),
         ),
     ] = None,
@@ -47,19 +48,25 @@ def power(
         typer.Option(
             metavar="METRIC=SIZE",
             help=(
-                "A true difference that sweep compare is to notice, written alike; a"
-                " share is that of the mean of A. Repeatable."
+                "True difference that sweep compare detects: speed=0.05 in the unit of"
+                " the metric, or speed=5% of the mean of A. Repeatable."
             ),
         ),
     ] = None,
     chance: Annotated[
-        float, typer.Option(help="With which that is to happen, from 0.5 to 0.99.")
+        float,
+        typer.Option(
+            "--chance",
+            "--power",
+            help="Statistical power: probability of reaching a goal, from 0.5 to 0.99.",
+        ),
     ] = 0.8,
     over: OverOption = Over.last,
 ) -> "Report":
-    """Show how many replicates a half width, or a difference, needs.
+    """Estimate the replicates you need from a pilot study.
 
-    The stored trials are the pilot.
+    The stored trials of A are the pilot. A goal is a half-width of a confidence
+    interval, or a difference to detect. At least one goal is required.
 
     Parameters
     ----------
@@ -80,6 +87,11 @@ def power(
     Returns
     -------
     Report
+
+    Examples
+    --------
+    sweep power my/pilot --half-width speed=5%
+    sweep power my/pilot --difference speed=0.5 --power 0.9
     """
     from sweep.methods.comparison import read_side
     from sweep.methods.power.analysis import needed_replicates

@@ -15,11 +15,17 @@ if TYPE_CHECKING:
 def boundary(
     study: "StoredStudy",
 ) -> "Report":
-    """Where the mean of a metric crosses a level, of a study whose spec has `refine`.
+    """Locate the phase boundary of a study (needs `refine`).
 
-    With one refined axis each crossing is a row, between the nearest points that surely
-    lie on either side. With several, each cell is one that the boundary goes through,
-    or that is not resolved.
+    At a phase boundary, the mean of a metric crosses a level. With one refined axis,
+    each row is a crossing, between the nearest points that are clearly on either side.
+    With several refined axes, each row is a cell that contains the boundary, or that is
+    not resolved.
+
+    Examples
+    --------
+    sweep boundary my/phase
+    sweep boundary my/phase --csv
     """
     from sweep.methods.refinement.analysis import find_boundary
     from sweep.methods.refinement.report import boundary_report

@@ -14,19 +14,24 @@ def resilience(
     study: "StoredStudy",
     metric: Annotated[
         list[str] | None,
-        typer.Option(help="A recorded series to show; may be repeated."),
+        typer.Option(help="Recorded series to report; by default all. Repeatable."),
     ] = None,
     within: Annotated[
         float,
-        typer.Option(help="The part of the level at which a metric has come back."),
+        typer.Option(
+            help="Tolerance of a recovery: fraction of the level by which a recovered"
+            " metric may differ from the level."
+        ),
     ] = 0.1,
 ) -> "Report":
-    """Show what failures of boids do to recorded series.
+    """Measure how failures of boids change recorded series.
 
-    The part that is kept, how many trials come back to the level, and when.
+    Prints the fraction of each metric that remains, the fraction of trials that
+    recover, and the time of the recovery. The level of a metric is its mean in the
+    trial without failures.
 
-    A trial with `failing_share` above 0 is compared with the one of the same seed and
-    replicate in which nobody fails: sweep: {failing_share: [0, 0.2]}.
+    Each trial with `failing_share` above 0 is compared with the trial of equal seed and
+    replicate without failures, for example with sweep: {failing_share: [0, 0.2]}.
 
     Parameters
     ----------
@@ -39,6 +44,11 @@ def resilience(
     Returns
     -------
     Report
+
+    Examples
+    --------
+    sweep resilience my/motors
+    sweep resilience my/motors --metric polarization --within 0.2
     """
     from sweep.methods.resilience.analysis import resilience_rows
     from sweep.methods.resilience.report import resilience_report

@@ -18,18 +18,19 @@ if TYPE_CHECKING:
 def validity(
     study: "StoredStudy",
     metric: Annotated[
-        list[str] | None, typer.Option(help="A metric to look at; may be repeated.")
+        list[str] | None,
+        typer.Option(help="Metric to check; by default all metrics. Repeatable."),
     ] = None,
     over: OverOption = Over.last,
     confidence: Confidence = 0.95,
 ) -> "Report":
-    """Check whether the conclusions of a study hold with other numerics.
+    """Check whether conclusions depend on the numerics.
 
-    The spec of the study has `validate`: other time steps, another search for
-    neighbours and another order of updates.
+    The spec needs `validate`: other time steps, another neighbour search and another
+    update order.
 
-    The conclusions are the signs of the differences of each point to the first one
-    along an axis. Each survives, turns, or is not decided.
+    A conclusion is the sign of the difference between a point and the first point along
+    an axis. Each conclusion survives, turns, or is not decided.
 
     Parameters
     ----------
@@ -44,6 +45,11 @@ def validity(
     Returns
     -------
     Report
+
+    Examples
+    --------
+    sweep validity my/first
+    sweep validity my/first --metric speed --over half
     """
     from sweep.methods.robustness.analysis import check_conclusions
     from sweep.methods.robustness.report import validity_report

@@ -19,30 +19,33 @@ def scaling(
     metric: Annotated[
         str | None,
         typer.Option(
-            "--metric", help="Order parameter: a recorded series; by default the first."
+            "--metric",
+            help="Order parameter, a recorded series; by default the first series.",
         ),
     ] = None,
     by: Annotated[
         str | None,
         typer.Option(
             "--by",
-            help="Setting against which it is seen; by default the only one left.",
+            help="Control parameter; by default the only other number that varies.",
         ),
     ] = None,
     burn_in: Annotated[
         int | None,
         typer.Option(
             "--burn-in",
-            help="Steps that do not count; by default the first half of each trial.",
+            help="Number of steps to discard at the start of each trial; by default"
+            " half of each trial.",
         ),
     ] = None,
 ) -> "Report":
-    """Analyse a transition between disorder and order in flocks of several sizes.
+    """Analyse a phase transition by finite-size scaling.
 
-    Of each size the mean order, its susceptibility and Binder's cumulant; where
-    cumulants cross and the susceptibility peaks; the exponents with which the curves
-    collapse; whether the transition jumps; and whether the series are stationary. A
-    spec has such sizes with `sizes`, and records the order parameter as a series.
+    The spec needs `sizes`, and records the order parameter as a series. Prints for each
+    size the mean order, the susceptibility and the Binder cumulant. For all sizes
+    together, prints the crossings of the cumulants, the exponents of the data collapse,
+    and whether the transition is continuous or of first order. The report names series
+    that are not stationary.
 
     Parameters
     ----------
@@ -57,6 +60,11 @@ def scaling(
     Returns
     -------
     Report
+
+    Examples
+    --------
+    sweep scaling my/sizes
+    sweep scaling my/sizes --metric polarization --burn-in 100
     """
     from sweep.methods.scaling.analysis import finite_size_scaling
     from sweep.methods.scaling.report import scaling_report
