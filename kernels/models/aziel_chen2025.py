@@ -35,72 +35,134 @@ class Params(NamedTuple):
     """Gains, perception and limits of section 2 and 3.4."""
 
     separation_weight: Annotated[
-        float, About("k_col", "1/time^2", low=0, rule="separation")
+        float,
+        About(
+            "weight of the separation rule",
+            "1/time^2",
+            low=0,
+            rule="separation",
+            symbol=r"k_{\mathrm{col}}",
+        ),
     ]
     alignment_weight: Annotated[
-        float, About("k_ali", "1/time", low=0, rule="alignment")
+        float,
+        About(
+            "weight of the alignment rule",
+            "1/time",
+            low=0,
+            rule="alignment",
+            symbol=r"k_{\mathrm{ali}}",
+        ),
     ]
     cohesion_weight: Annotated[
-        float, About("k_coh", "1/time^2", low=0, rule="cohesion")
+        float,
+        About(
+            "weight of the cohesion rule",
+            "1/time^2",
+            low=0,
+            rule="cohesion",
+            symbol=r"k_{\mathrm{coh}}",
+        ),
     ]
     obstacle_weight: Annotated[
         float,
         About(
-            "strength of an obstacle's repulsion",
+            "weight of the repulsion from obstacles",
             "length^2/time^2",
             low=0,
             rule="obstacle",
+            symbol=r"k_{\mathrm{obs}}",
         ),
     ]
     wall_weight: Annotated[
-        float, About("k_wall", "length^2/time^2", low=0, rule="wall")
+        float,
+        About(
+            "weight of the repulsion from the walls of the world",
+            "length^2/time^2",
+            low=0,
+            rule="wall",
+            symbol=r"k_{\mathrm{wall}}",
+        ),
     ]
     goal_weight: Annotated[
         float,
         About(
-            "pull towards the goal, the text's target",
+            "weight of the attraction to the goal",
             "1/time^2",
             low=0,
             rule="goal",
             to_goal=True,
+            symbol=r"k_{\mathrm{goal}}",
         ),
     ]
     perception_range: Annotated[
-        float, About("radius within which others are seen", "length", low=0)
+        float,
+        About(
+            "distance up to which a boid perceives others", "length", low=0, symbol="R"
+        ),
     ]
     fov: Annotated[
         float,
         About(
-            "field of view, the whole cone about the velocity",
+            "field of view, the full angle of the cone about the velocity",
             "degrees",
             low=0,
             high=360,
+            symbol=r"\varphi",
         ),
     ]
     separation_range: Annotated[
-        float, About("radius within which visible neighbours repel", "length", low=0)
+        float,
+        About(
+            "range of the separation rule among perceived boids",
+            "length",
+            low=0,
+            symbol="r_s",
+        ),
     ]
     obstacle_range: Annotated[
-        float, About("reach of an obstacle beyond its surface", "length", low=0)
+        float,
+        About(
+            "reach of an obstacle beyond its surface", "length", low=0, symbol=r"\rho"
+        ),
     ]
     epsilon: Annotated[
-        float, About("regularisation of obstacle and wall forces", "length", low=0)
+        float,
+        About(
+            "length that is added to distances in the obstacle and wall forces",
+            "length",
+            low=0,
+            symbol=r"\varepsilon",
+        ),
     ]
     max_acceleration: Annotated[
-        float, About("budget shared by all forces", "length/time^2", low=0)
+        float,
+        About(
+            "acceleration budget that all forces share",
+            "length/time^2",
+            low=0,
+            symbol=r"a_{\max}",
+        ),
     ]
-    max_speed: Annotated[float, About("upper limit of the speed", "length/time", low=0)]
+    max_speed: Annotated[
+        float,
+        About("upper limit of the speed", "length/time", low=0, symbol=r"v_{\max}"),
+    ]
     priority: Annotated[
         int,
         About(
-            "which force is served first; wall, alignment, cohesion and goal follow",
+            "order of the first two forces, obstacle and separation; wall, alignment,"
+            " cohesion and goal follow",
             choices=("obstacle_first", "separation_first"),
         ),
     ]
     walls_are_obstacles: Annotated[
-        bool, About("wall and obstacle forces share one place in the priority order")
+        bool,
+        About("whether wall and obstacle forces are summed and served as one force"),
     ]
-    range_inclusive: Annotated[bool, About("a neighbour exactly at the range counts")]
+    range_inclusive: Annotated[
+        bool, About("whether a neighbour exactly at the range counts")
+    ]
     update: Annotated[int, UPDATE]
     dt: Annotated[float, TIME_STEP, InParts("time")]
 
@@ -330,4 +392,72 @@ MODEL = Model(
     drives=True,
     goals_in_turn=True,
     shared=("dt",),
+    equations=r"""
+In each step, boid $i$ with position $p_i$ and velocity $v_i$ accelerates and moves:
+
+$$v_i \leftarrow L(v_i + a_i\,\Delta t,\,v_{\max}), \qquad
+p_i \leftarrow p_i + v_i\,\Delta t$$
+
+$L$ limits the length of a vector:
+
+$$L(f, c) = f\,\min\left(1, \frac{c}{|f|}\right)$$
+
+**Neighbours** $N_i$ are the other boids within $R$ of boid $i$ and within a cone about
+$v_i$. The cone has the full angle $\varphi$, edge included. A boid at rest perceives
+others all round. With `range_inclusive`, a boid exactly at a range counts. The
+equations of the paper (section 2) have no numbers.
+
+**Separation** points away from near neighbours. $S_i$ are the neighbours within $r_s$:
+
+$$f_{\mathrm{col}} = k_{\mathrm{col}} \sum_{j \in S_i} (p_i - p_j)$$
+
+**Alignment** is the difference from the mean velocity, and zero without neighbours:
+
+$$f_{\mathrm{ali}} = k_{\mathrm{ali}}
+\left( \frac{1}{|N_i|} \sum_{j \in N_i} v_j - v_i \right)$$
+
+**Cohesion** points to the mean position, and is zero without neighbours:
+
+$$f_{\mathrm{coh}} = k_{\mathrm{coh}}
+\left( \frac{1}{|N_i|} \sum_{j \in N_i} p_j - p_i \right)$$
+
+**Obstacles** repel boids. $O_i$ are the obstacles whose surface is nearer than $\rho$:
+
+$$f_{\mathrm{obs}} = k_{\mathrm{obs}} \sum_{m \in O_i}
+\frac{p_i - o_m}{|p_i - o_m|\,(|p_i - o_m| + \varepsilon)}$$
+
+$o_m$ is the centre of obstacle $m$. For a polygon, $o_m$ is the nearest point of the
+border, and inside the polygon the vector $p_i - o_m$ is reversed. A rectangle counts as
+a disc with its larger half-width as radius. The paper has no $k_{\mathrm{obs}}$, and
+the denominator $(|p_i - o_m| + \varepsilon)^2$. For small $\varepsilon$ both
+denominators agree.
+
+**Walls** repel boids. $W$ is the width of the world. The $y$ component has the height:
+
+$$f_{\mathrm{wall}, x} = k_{\mathrm{wall}}
+\left( \frac{1}{x_i + \varepsilon} - \frac{1}{W - x_i + \varepsilon} \right)$$
+
+Outside the world, the wall force points outwards.
+
+**Goal** $g_i$ attracts boid $i$. The paper has no equation for this force:
+
+$$f_{\mathrm{goal}} = k_{\mathrm{goal}} (g_i - p_i)$$
+
+**Priority:** The budget is $B = a_{\max}$ at first, and $a_i = 0$. Each force $f$ in
+turn gets a part of the budget:
+
+$$a_i \leftarrow a_i + L(f, B), \qquad B \leftarrow \max(0, B - |f|)$$
+
+With `priority: obstacle_first`, the order is obstacles, separation, walls, alignment,
+cohesion and goal. With `priority: separation_first`, separation precedes obstacles.
+With `walls_are_obstacles`, the sum of wall and obstacle forces takes the place of the
+obstacle force. The preset `as_written` serves obstacles with walls first, then
+separation. The preset `as_run` serves separation, obstacles and walls in this order. In
+`as_run`, $r_s$ is shorter than $R$, and $\rho$ is finite. In the paper, $r_s$ equals
+$R$, and $\rho$ is infinite.
+
+**Update:** With `update: synchronous`, all boids react to the state before the step.
+With `update: sequential`, boids move in turn, and later boids perceive the new states
+of earlier boids. The model has no noise.
+""",
 )

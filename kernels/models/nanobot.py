@@ -35,38 +35,95 @@ class Params(NamedTuple):
     """Arguments of the pseudocode, and one choice that the pseudocode makes."""
 
     separation_weight: Annotated[
-        float, About("AvoidFactor", "1/time^2", low=0, rule="separation")
+        float,
+        About(
+            "weight of the separation rule (AvoidFactor)",
+            "1/time^2",
+            low=0,
+            rule="separation",
+            symbol="w_s",
+        ),
     ]
     alignment_weight: Annotated[
-        float, About("MatchingFactor", "1/time", low=0, rule="alignment")
+        float,
+        About(
+            "weight of the alignment rule (MatchingFactor)",
+            "1/time",
+            low=0,
+            rule="alignment",
+            symbol="w_a",
+        ),
     ]
     cohesion_weight: Annotated[
-        float, About("CenteringFactor", "1/time^2", low=0, rule="cohesion")
+        float,
+        About(
+            "weight of the cohesion rule (CenteringFactor)",
+            "1/time^2",
+            low=0,
+            rule="cohesion",
+            symbol="w_c",
+        ),
     ]
     separation_range: Annotated[
         float,
-        About("ProtectedRange: radius within which others repel", "length", low=0),
+        About(
+            "range of the separation rule (ProtectedRange)",
+            "length",
+            low=0,
+            symbol="r_p",
+        ),
     ]
     perception_range: Annotated[
         float,
-        About("VisualRange: radius within which others are seen", "length", low=0),
+        About(
+            "range of the alignment and cohesion rules (VisualRange)",
+            "length",
+            low=0,
+            symbol="r_v",
+        ),
     ]
     protected_count_once: Annotated[
         bool,
         About(
-            "those inside the protected range take no part in alignment and cohesion"
+            "whether boids within the range of separation are left out of alignment and"
+            " cohesion"
         ),
     ]
     border_margin: Annotated[
         float,
-        About("ScreenMargins: distance from a border to turn back at", "length", low=0),
+        About(
+            "distance from a border below which boids turn back (ScreenMargins)",
+            "length",
+            low=0,
+            symbol="m",
+        ),
     ]
-    border_turn: Annotated[float, About("TurnFactor", "length/time^2", low=0)]
+    border_turn: Annotated[
+        float,
+        About(
+            "acceleration away from a near border (TurnFactor)",
+            "length/time^2",
+            low=0,
+            symbol=r"\tau",
+        ),
+    ]
     min_speed: Annotated[
-        float, About("MinSpeed, the lower limit of the speed", "length/time", low=0)
+        float,
+        About(
+            "lower limit of the speed (MinSpeed)",
+            "length/time",
+            low=0,
+            symbol=r"v_{\min}",
+        ),
     ]
     max_speed: Annotated[
-        float, About("MaxSpeed, the upper limit of the speed", "length/time", low=0)
+        float,
+        About(
+            "upper limit of the speed (MaxSpeed)",
+            "length/time",
+            low=0,
+            symbol=r"v_{\max}",
+        ),
     ]
     update: Annotated[int, UPDATE]
     dt: Annotated[float, TIME_STEP, InParts("time")]
@@ -257,4 +314,62 @@ MODEL = Model(
     drives=True,
     goals_in_turn=False,
     shared=("dt",),
+    equations=r"""
+In each step, the rules change the velocity $v_i$ of boid $i$ in the order below. Each
+rule acts on the velocity that the previous rule left. Names in parentheses are those of
+the pseudocode.
+
+**Neighbours:** $P_i$ are the other boids nearer than $r_p$ (ProtectedRange), in any
+direction. $V_i$ are the other boids nearer than $r_v$ (VisualRange). A boid exactly at
+a range does not count. With `protected_count_once`, as in the pseudocode, $V_i$ does
+not include the boids in $P_i$.
+
+**Cohesion** (CenteringFactor) steers to the mean position:
+
+$$v_i \leftarrow v_i + w_c\,\Delta t
+\left( \frac{1}{|V_i|} \sum_{j \in V_i} p_j - p_i \right)$$
+
+**Alignment** (MatchingFactor) approaches the mean velocity. The bracket has the
+velocity after cohesion:
+
+$$v_i \leftarrow v_i + w_a\,\Delta t
+\left( \frac{1}{|V_i|} \sum_{j \in V_i} v_j - v_i \right)$$
+
+Cohesion and alignment change nothing if $V_i$ is empty.
+
+**Separation** (AvoidFactor) steers away from near boids:
+
+$$v_i \leftarrow v_i + w_s\,\Delta t \sum_{j \in P_i} (p_i - p_j)$$
+
+**Borders** (TurnFactor, ScreenMargins) turn boids back. $W$ is the width of the world.
+The first case that holds counts:
+
+$$v_{i,x} \leftarrow v_{i,x} + b_{i,x}\,\tau\,\Delta t, \qquad
+b_{i,x} = \begin{cases}
+1 & x_i < m \\
+-1 & x_i > W - m \\
+0 & \mathrm{otherwise}
+\end{cases}$$
+
+The $y$ component follows the same equations, with the height of the world. The borders
+act beyond the edge of the world, too.
+
+**Speed limits** (MinSpeed, MaxSpeed) scale the velocity:
+
+$$v_i \leftarrow \begin{cases}
+v_{\max}\,v_i / |v_i| & |v_i| > v_{\max} \\
+v_{\min}\,v_i / |v_i| & 0 < |v_i| < v_{\min} \\
+v_i & \mathrm{otherwise}
+\end{cases}$$
+
+A velocity of zero stays zero, where the pseudocode divides by zero.
+
+**Move:** The boid then moves. The pseudocode has $\Delta t = 1$:
+
+$$p_i \leftarrow p_i + v_i\,\Delta t$$
+
+**Update:** With `update: sequential`, as in the pseudocode, boids move in turn. Later
+boids perceive the new states of earlier boids. With `update: synchronous`, all boids
+react to the state before the step. The model has no noise.
+""",
 )

@@ -35,45 +35,128 @@ class Params(NamedTuple):
     """Parameters of Table I. Lengths are pixels, ten per metre."""
 
     separation_weight: Annotated[
-        float, About("a of Eq. (6)", "1/time^2", low=0, rule="separation")
+        float,
+        About(
+            "weight of the separation rule (Eq. 6)",
+            "1/time^2",
+            low=0,
+            rule="separation",
+            symbol="a",
+        ),
     ]
     alignment_weight: Annotated[
-        float, About("b of Eq. (11)", "1/time", low=0, rule="alignment")
+        float,
+        About(
+            "weight of the alignment rule (Eq. 11)",
+            "1/time",
+            low=0,
+            rule="alignment",
+            symbol="b",
+        ),
     ]
     cohesion_weight: Annotated[
-        float, About("c of Eq. (16)", "1/time^2", low=0, rule="cohesion")
+        float,
+        About(
+            "weight of the cohesion rule (Eq. 16)",
+            "1/time^2",
+            low=0,
+            rule="cohesion",
+            symbol="c",
+        ),
     ]
     obstacle_weight: Annotated[
-        float, About("d of Eq. (25)", "1/time^2", low=0, rule="obstacle")
+        float,
+        About(
+            "weight of the repulsion from obstacles (Eq. 25)",
+            "1/time^2",
+            low=0,
+            rule="obstacle",
+            symbol="d",
+        ),
     ]
-    separation_range: Annotated[float, About("R_separation", "length", low=0)]
-    alignment_range: Annotated[float, About("R_alignment", "length", low=0)]
-    cohesion_range: Annotated[float, About("R_cohesion", "length", low=0)]
+    separation_range: Annotated[
+        float,
+        About(
+            "range of the separation rule (Eq. 5)",
+            "length",
+            low=0,
+            symbol=r"R_{\mathrm{separation}}",
+        ),
+    ]
+    alignment_range: Annotated[
+        float,
+        About(
+            "range of the alignment rule (Eq. 8)",
+            "length",
+            low=0,
+            symbol=r"R_{\mathrm{alignment}}",
+        ),
+    ]
+    cohesion_range: Annotated[
+        float,
+        About(
+            "range of the cohesion rule (Eq. 13)",
+            "length",
+            low=0,
+            symbol=r"R_{\mathrm{cohesion}}",
+        ),
+    ]
     obstacle_range: Annotated[
-        float, About("reach of an obstacle beyond its surface", "length", low=0)
+        float,
+        About(
+            "reach of an obstacle beyond its surface (Eq. 24)",
+            "length",
+            low=0,
+            symbol=r"R_{\mathrm{obstacle}}",
+        ),
     ]
     border_margin: Annotated[
         float,
-        About("distance from a border within which boids turn back", "length", low=0),
+        About(
+            "distance from a border below which boids turn back",
+            "length",
+            low=0,
+            symbol="M",
+        ),
     ]
     border_turn: Annotated[
-        float, About("T_border of Eqs. (18) and (19)", "length/time^2", low=0)
+        float,
+        About(
+            "acceleration away from a near border (Eqs. 18 and 19)",
+            "length/time^2",
+            low=0,
+            symbol=r"T_{\mathrm{border}}",
+        ),
     ]
     border_adds_velocity: Annotated[
         int,
         About(
             "where the border rule, besides the turn, adds a component of the velocity"
-            " to itself",
+            " to itself (Eqs. 18 to 21)",
             choices=("always", "in_margin", "never"),
         ),
     ]
     min_speed: Annotated[
-        float, About("V_min, the lower limit of the speed", "length/time", low=0)
+        float,
+        About(
+            "lower limit of the speed (Eq. 22)",
+            "length/time",
+            low=0,
+            symbol=r"V_{\min}",
+        ),
     ]
     max_speed: Annotated[
-        float, About("V_max, the upper limit of the speed", "length/time", low=0)
+        float,
+        About(
+            "upper limit of the speed (Eq. 22)",
+            "length/time",
+            low=0,
+            symbol=r"V_{\max}",
+        ),
     ]
-    range_inclusive: Annotated[bool, About("a neighbour exactly at the range counts")]
+    range_inclusive: Annotated[
+        bool, About("whether a neighbour exactly at the range counts")
+    ]
     update: Annotated[int, UPDATE]
     dt: Annotated[float, TIME_STEP, InParts("time")]
 
@@ -322,4 +405,74 @@ MODEL = Model(
     drives=True,
     goals_in_turn=False,
     shared=("dt",),
+    equations=r"""
+In each step, boid $i$ with position $P_i$ and velocity $V_i$ first clamps the speed and
+moves (Eqs. 22, 23 and 2):
+
+$$V_i \leftarrow \begin{cases}
+V_{\max}\,V_i / |V_i| & |V_i| > V_{\max} \\
+V_{\min}\,V_i / |V_i| & 0 < |V_i| < V_{\min} \\
+V_i & \mathrm{otherwise}
+\end{cases}$$
+
+$$P_i \leftarrow P_i + V_i\,\Delta t$$
+
+Five rules then change the velocity at the new position, in the order below. Each rule
+acts on the velocity that the previous rule left. The speed after the rules is limited
+only in the next step, so recorded speeds can exceed $V_{\max}$. A velocity of zero
+stays zero. The paper has $\Delta t = 1$.
+
+**Neighbours** are the other boids nearer than the range of the rule, in any direction.
+With `range_inclusive`, a boid exactly at the range counts. $X_s$, $X_a$ and $X_c$ are
+the neighbours within $R_{\mathrm{separation}}$, $R_{\mathrm{alignment}}$ and
+$R_{\mathrm{cohesion}}$ (Eqs. 5, 8 and 13).
+
+**Separation** (Eqs. 6 and 7) steers away from near boids:
+
+$$V_i \leftarrow V_i + a\,\Delta t \sum_{j \in X_s} (P_i - P_j)$$
+
+**Alignment** (Eqs. 9 to 12) approaches the mean velocity:
+
+$$V_i \leftarrow V_i + b\,\Delta t
+\left( \frac{1}{|X_a|} \sum_{j \in X_a} V_j - V_i \right)$$
+
+**Cohesion** (Eqs. 14 to 17) steers to the mean position:
+
+$$V_i \leftarrow V_i + c\,\Delta t
+\left( \frac{1}{|X_c|} \sum_{j \in X_c} P_j - P_i \right)$$
+
+Alignment and cohesion change nothing without neighbours.
+
+**Borders** (Eqs. 18 to 21) turn boids back. $W$ is the width of the world. The first
+case that holds counts:
+
+$$V_{i,x} \leftarrow V_{i,x} +
+\left( \beta\,T_{\mathrm{border}} + \eta\,V_{i,x} \right) \Delta t, \qquad
+\beta = \begin{cases}
+1 & P_{i,x} < M \\
+-1 & P_{i,x} > W - M \\
+0 & \mathrm{otherwise}
+\end{cases}$$
+
+The $y$ component follows the same equations, with the height of the world. The
+parameter `border_adds_velocity` sets $\eta$:
+
+- `in_margin`: $\eta = 1$ where $\beta$ is not 0, otherwise $\eta = 0$. The equations of
+  the paper say this, and the preset is `as_written`.
+- `always`: $\eta = 1$. The program of the author does this, and the preset is `as_run`.
+- `never`: $\eta = 0$. Only the turn remains, and the preset is `as_intended`.
+
+**Obstacles** (Eqs. 24 to 26) repel boids. $Z$ are the obstacles whose surface is nearer
+than $R_{\mathrm{obstacle}}$:
+
+$$V_i \leftarrow V_i + d\,\Delta t \sum_{o \in Z} (P_i - P_o)$$
+
+$P_o$ is the centre of obstacle $o$. For a polygon, $P_o$ is the nearest point of the
+border, and inside the polygon the vector $P_i - P_o$ is reversed. A rectangle counts as
+a disc with its larger half-width as radius. The paper has obstacles without a radius.
+
+**Update:** With `update: sequential`, each boid moves and applies the rules before the
+next boid moves. With `update: synchronous`, all boids move first. All boids then react
+to these positions and limited velocities. The model has no noise.
+""",
 )

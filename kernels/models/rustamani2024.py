@@ -43,130 +43,237 @@ class Params(NamedTuple):
     obstacle_weight: Annotated[
         float,
         About(
-            "weight of steering round obstacles",
+            "weight of the obstacle avoidance (Algorithm 7)",
             "length/time^2",
             low=0,
             rule="obstacle",
+            symbol=r"w_{\mathrm{obs}}",
         ),
     ]
     separation_weight: Annotated[
         float,
         About(
-            "weight of the direction away from others",
+            "weight of the separation rule (Algorithm 2)",
             "length/time^2",
             low=0,
             rule="separation",
+            symbol=r"w_{\mathrm{sep}}",
         ),
     ]
     arrival_weight: Annotated[
         float,
         About(
-            "weight of the arrival at the goal",
+            "weight of the arrival at the goal (Algorithm 6)",
             "1/time",
             low=0,
             rule="arrival",
             to_goal=True,
+            symbol=r"w_{\mathrm{arr}}",
         ),
     ]
     seek_weight: Annotated[
         float,
         About(
-            "weight of the way to the goal", "1/time", low=0, rule="seek", to_goal=True
+            "weight of the seek rule, the steering towards the goal (Algorithm 5)",
+            "1/time",
+            low=0,
+            rule="seek",
+            to_goal=True,
+            symbol=r"w_{\mathrm{seek}}",
         ),
     ]
     alignment_weight: Annotated[
-        float, About("weight of the alignment", "1/time", low=0, rule="alignment")
+        float,
+        About(
+            "weight of the alignment rule (Algorithm 3)",
+            "1/time",
+            low=0,
+            rule="alignment",
+            symbol=r"w_{\mathrm{ali}}",
+        ),
     ]
     cohesion_weight: Annotated[
-        float, About("weight of the cohesion", "1/time^2", low=0, rule="cohesion")
+        float,
+        About(
+            "weight of the cohesion rule (Algorithm 4)",
+            "1/time^2",
+            low=0,
+            rule="cohesion",
+            symbol=r"w_{\mathrm{coh}}",
+        ),
     ]
     priority: Annotated[
         int,
         About(
-            "safety_first: obstacle, separation, arrival, seek, alignment, cohesion; "
-            "flocking_first: cohesion, alignment, arrival, seek, obstacle, separation",
+            "order in which the rules are added (Table 1). safety_first: obstacle,"
+            " separation, arrival, seek, alignment, cohesion; flocking_first: cohesion,"
+            " alignment, arrival, seek, obstacle, separation",
             choices=("safety_first", "flocking_first"),
         ),
     ]
-    alignment_gain: Annotated[float, About("factor on the alignment", low=0)]
+    alignment_gain: Annotated[
+        float,
+        About(
+            "gain of the alignment rule, a factor besides alignment_weight",
+            low=0,
+            symbol=r"k_{\mathrm{ali}}",
+        ),
+    ]
     navigation_gain: Annotated[
         float,
-        About("speed sought for each unit of distance from the goal", "1/time", low=0),
+        About(
+            "desired speed of the seek rule per distance from the goal (Algorithm 5)",
+            "1/time",
+            low=0,
+            symbol=r"k_{\mathrm{nav}}",
+        ),
     ]
     arrival_gain: Annotated[
-        float, About("factor on the velocity desired for arrival", low=0)
+        float,
+        About(
+            "ratio of the desired speed of the arrival rule to max_speed",
+            low=0,
+            symbol=r"k_{\mathrm{arr}}",
+        ),
     ]
     arrival_limited: Annotated[
-        bool, About("the arrival is limited to max_acceleration, as seek is")
+        bool,
+        About("whether max_acceleration limits the arrival rule, like the seek rule"),
     ]
     stop_distance: Annotated[
-        float, About("distance from the goal below which arrival ends", "length", low=0)
+        float,
+        About(
+            "distance from the goal below which the arrival rule is zero (Algorithm 6)",
+            "length",
+            low=0,
+            symbol=r"r_{\mathrm{stop}}",
+        ),
     ]
     slow_distance: Annotated[
         float,
         About(
-            "distance from the goal below which arrival slows down",
+            "distance from the goal below which the arrival rule slows boids down"
+            " (Algorithm 6)",
             "length",
             low=0,
             exclusive=True,
+            symbol=r"r_{\mathrm{slow}}",
         ),
     ]
     leader_share: Annotated[
         float,
         About(
-            "share of the boids, the first ones, that know the goal; their number is"
-            " rounded",
+            "fraction of leaders, the first boids, which alone know the goal; the"
+            " number is rounded",
             low=0,
             high=1,
+            symbol=r"\lambda",
         ),
     ]
     perception_range: Annotated[
-        float, About("radius within which others are seen", "length", low=0)
+        float,
+        About(
+            "distance up to which a boid perceives others", "length", low=0, symbol="R"
+        ),
     ]
     fov: Annotated[
         float,
         About(
-            "field of view, the whole cone about the heading",
+            "field of view, the full angle of the cone about the heading",
             "degrees",
             low=0,
             high=360,
+            symbol=r"\varphi",
         ),
     ]
     separation_range: Annotated[
-        float, About("radius within which visible neighbours repel", "length", low=0)
+        float,
+        About(
+            "range of the separation rule among perceived boids",
+            "length",
+            low=0,
+            symbol="r_s",
+        ),
     ]
-    range_inclusive: Annotated[bool, About("a neighbour exactly at the range counts")]
+    range_inclusive: Annotated[
+        bool, About("whether a neighbour exactly at the range counts")
+    ]
     look_ahead: Annotated[
         float,
-        About("length of the paths that are looked at", "length", low=0, high=1e6),
+        About(
+            "length of the path ahead that obstacle avoidance checks (Algorithm 7)",
+            "length",
+            low=0,
+            high=1e6,
+            symbol=r"\ell",
+        ),
     ]
     path_step: Annotated[
-        float, About("distance of the points looked at on a path", "length", low=1e-3)
+        float,
+        About(
+            "distance between the points checked on a path (Algorithm 8)",
+            "length",
+            low=1e-3,
+            symbol=r"\delta",
+        ),
     ]
     angle_step: Annotated[
-        float, About("angle from one path to the next", "radians", low=1e-3)
+        float,
+        About(
+            "angle between headings that obstacle avoidance tries (Algorithm 7)",
+            "radians",
+            low=1e-3,
+            symbol=r"\alpha",
+        ),
     ]
     grid_cell: Annotated[
         float,
-        About("side of a cell of the occupancy grid", "length", low=0, exclusive=True),
+        About(
+            "side of a cell of the occupancy grid",
+            "length",
+            low=0,
+            exclusive=True,
+            symbol="s",
+        ),
     ]
     inflation: Annotated[
-        float, About("cells nearer than this to an obstacle are taken", "length", low=0)
+        float,
+        About(
+            "distance from an obstacle below which a cell of the grid is occupied",
+            "length",
+            low=0,
+            symbol="b",
+        ),
     ]
     acceleration_pool: Annotated[
         float,
         About(
-            "length of the sum of terms after which no more are added",
+            "length of the summed acceleration above which no further rule is added"
+            " (Algorithm 9)",
             "length/time^2",
             low=0,
+            symbol=r"a_{\mathrm{pool}}",
         ),
     ]
     max_acceleration: Annotated[
-        float, About("upper limit of the acceleration", "length/time^2", low=0)
+        float,
+        About(
+            "upper limit of the acceleration (Algorithm 9)",
+            "length/time^2",
+            low=0,
+            symbol=r"a_{\max}",
+        ),
     ]
-    max_speed: Annotated[float, About("upper limit of the speed", "length/time", low=0)]
+    max_speed: Annotated[
+        float,
+        About("upper limit of the speed", "length/time", low=0, symbol=r"v_{\max}"),
+    ]
     component_limits: Annotated[
-        bool, About("both are limits of each component, not of the length")
+        bool,
+        About(
+            "whether max_speed and max_acceleration limit each component instead of the"
+            " length"
+        ),
     ]
     update: Annotated[int, UPDATE]
     dt: Annotated[float, TIME_STEP, InParts("time")]
@@ -532,4 +639,76 @@ MODEL = Model(
     drives=True,
     goals_in_turn=True,
     shared=("leader_share", "grid_cell", "inflation", "dt"),
+    equations=r"""
+In each step, boid $i$ with position $p_i$ and velocity $v_i$ accelerates and moves
+(Eqs. 1 and 2):
+
+$$v_i \leftarrow L(v_i + a_i\,\Delta t,\,v_{\max}), \qquad
+p_i \leftarrow p_i + v_i\,\Delta t$$
+
+$L$ limits a vector. With `component_limits`, as the preset `as_run` has, $L$ cuts each
+component to the interval from $-c$ to $c$. Otherwise $L$ limits the length:
+
+$$L(f, c) = f\,\min\left(1, \frac{c}{|f|}\right)$$
+
+**Neighbours** $N_i$ (Eqs. 3 to 6, Algorithm 1) are the other boids nearer than $R$ and
+within a cone about the heading. The heading is the direction of the last velocity that
+was not zero, and $(1, 0)$ if there was none. The cone has the full angle $\varphi$,
+edge included. The angle of the paper is $\varphi / 2$. With `range_inclusive`, a boid
+exactly at a range counts.
+
+**Separation** (Algorithm 2) is a unit vector. $S_i$ are the neighbours nearer than
+$r_s$ that are not at $p_i$. The vector is zero if $u$ is zero:
+
+$$f_{\mathrm{sep}} = \frac{u}{|u|}, \qquad
+u = \sum_{j \in S_i} \frac{p_i - p_j}{|p_i - p_j|^2}$$
+
+**Alignment** (Algorithm 3) and **cohesion** (Algorithm 4) are zero without neighbours:
+
+$$f_{\mathrm{ali}} = k_{\mathrm{ali}}
+\left( \frac{1}{|N_i|} \sum_{j \in N_i} v_j - v_i \right), \qquad
+f_{\mathrm{coh}} = \frac{1}{|N_i|} \sum_{j \in N_i} p_j - p_i$$
+
+**Leaders** are the first $\lambda n$ of $n$ boids, rounded. Seek and arrival are zero
+for all other boids. $g_i$ is the goal of boid $i$. **Seek** (Algorithm 5) is limited:
+
+$$f_{\mathrm{seek}} = L\left(k_{\mathrm{nav}} (g_i - p_i) - v_i,\,a_{\max}\right)$$
+
+**Arrival** (Algorithm 6) is zero at a distance $D = |g_i - p_i|$ below
+$r_{\mathrm{stop}}$. Otherwise:
+
+$$f_{\mathrm{arr}} = k_{\mathrm{arr}}\,v_{\max}\,
+\min\left(1, \frac{D}{r_{\mathrm{slow}}}\right) \frac{g_i - p_i}{D} - v_i$$
+
+With `arrival_limited`, as the preset `as_written` has, $L(f_{\mathrm{arr}}, a_{\max})$
+replaces $f_{\mathrm{arr}}$. In the paper, one tolerance is both $r_{\mathrm{stop}}$ and
+$r_{\mathrm{slow}}$.
+
+**Obstacle avoidance** (Algorithms 7 and 8) uses an occupancy grid of cells with side
+$s$. A cell is occupied if the centre is nearer than $b$ to an obstacle. All points
+outside the grid count as occupied. $\theta_i$ is the direction of $v_i$. A heading
+$\theta$ is free if no point of the path is in an occupied cell. The points are:
+
+$$p_i + \frac{k\,\ell}{K} (\cos\theta, \sin\theta), \qquad k = 1, \ldots, K - 1$$
+
+$K$ is $\ell / \delta$, rounded down. If $\theta_i$ is not free, the boid tries
+$\theta_i + \alpha$, $\theta_i - \alpha$, $\theta_i + 2 \alpha$ and so on, up to half a
+turn. The first free heading $\theta$ gives
+$f_{\mathrm{obs}} = (\cos\theta, \sin\theta)$. $f_{\mathrm{obs}}$ is zero if $\theta_i$
+is free, at a dead end (no free heading), and at rest.
+
+**Sum** (Algorithm 9): $a_i = 0$ at first. Each rule $r$ is added in the order of
+`priority` as long as $|a_i| \leq a_{\mathrm{pool}}$:
+
+$$a_i \leftarrow a_i + w_r f_r$$
+
+After the last rule, $a_i \leftarrow L(a_i, a_{\max})$. With `priority: safety_first`,
+the order is obstacle avoidance, separation, arrival, seek, alignment, cohesion. With
+`priority: flocking_first`, the order is cohesion, alignment, arrival, seek, obstacle
+avoidance, separation. In the paper, $a_{\mathrm{pool}}$ equals $a_{\max}$.
+
+**Update:** With `update: synchronous`, all boids react to the state before the step.
+With `update: sequential`, boids move in turn, and later boids perceive the new states
+of earlier boids. The model has no noise.
+""",
 )

@@ -64,87 +64,130 @@ class Params(NamedTuple):
 
     repulsion_range: Annotated[
         float,
-        About("r_a: sheep nearer than this repel each other", "length", low=0),
+        About(
+            "distance below which sheep repel each other", "length", low=0, symbol="r_a"
+        ),
     ]
     detection_range: Annotated[
         float,
         About(
-            "r_s: up to this distance from the dog a sheep flees; beyond it grazes",
+            "distance from the dog up to which a sheep flees; farther sheep graze",
             "length",
             low=0,
+            symbol="r_s",
         ),
     ]
     attraction_nearest: Annotated[
         int,
         About(
-            "n: so many of the nearest sheep draw one that flees to their centre of"
-            " mass; all others, where there are fewer",
+            "number of nearest sheep whose centre of mass attracts a fleeing sheep; all"
+            " others if there are fewer",
             "boids",
             low=1,
             high=EVERYONE,
+            symbol="n",
         ),
     ]
     interaction_range: Annotated[
         float,
         About(
-            "distance up to which sheep, and the dog, see sheep; infinite in the paper",
+            "distance up to which sheep and the dog perceive sheep; infinite in the"
+            " paper",
             "length",
             low=0,
+            symbol="R",
         ),
     ]
     inertia: Annotated[
-        float, About("h: strength of the heading that a sheep has", low=0)
+        float, About("weight of the previous heading of a sheep", low=0, symbol="h")
     ]
     repulsion_strength: Annotated[
-        float, About("rho_a: strength of the repulsion by other sheep", low=0)
+        float,
+        About("weight of the repulsion from other sheep", low=0, symbol=r"\rho_a"),
     ]
     attraction_strength: Annotated[
-        float, About("c: strength of the attraction by the nearest sheep", low=0)
+        float, About("weight of the attraction to the nearest sheep", low=0, symbol="c")
     ]
     flight_strength: Annotated[
-        float, About("rho_s: strength of the flight from the dog", low=0)
+        float, About("weight of the flight from the dog", low=0, symbol=r"\rho_s")
     ]
     noise: Annotated[
-        float, About("e: length of the random vector in a sheep's heading", low=0)
+        float,
+        About(
+            "weight of the random direction in the heading of a sheep",
+            low=0,
+            symbol="e",
+        ),
     ]
     graze_probability: Annotated[
         float,
-        About("p: probability that a sheep that grazes moves in a step", low=0, high=1),
+        About(
+            "probability that a grazing sheep moves in a step",
+            low=0,
+            high=1,
+            symbol="p",
+        ),
     ]
     sheep_speed: Annotated[
-        float, About("delta: speed of a sheep that moves", "length/time", low=0)
+        float, About("speed of a moving sheep", "length/time", low=0, symbol=r"\delta")
     ]
-    dog_speed: Annotated[float, About("delta_s: speed of the dog", "length/time", 0)]
+    dog_speed: Annotated[
+        float, About("speed of the dog", "length/time", 0, symbol=r"\delta_s")
+    ]
     near_distance: Annotated[
         float,
-        About("3 r_a: a dog nearer than this to a sheep has near_speed", "length", 0),
+        About(
+            "distance from a sheep below which the dog has near_speed; three times"
+            " repulsion_range in the paper",
+            "length",
+            0,
+            symbol=r"d_{\mathrm{near}}",
+        ),
     ]
     near_speed: Annotated[
-        float, About("speed of a dog near a sheep; 0: it stops", "length/time", 0)
+        float,
+        About(
+            "speed of the dog near a sheep; at 0 the dog stops",
+            "length/time",
+            0,
+            symbol=r"\delta_{\mathrm{near}}",
+        ),
     ]
     dog_noise: Annotated[
-        float, About("length of the random vector in the dog's heading", low=0)
+        float,
+        About(
+            "weight of the random direction in the heading of the dog",
+            low=0,
+            symbol="e_s",
+        ),
     ]
     dog_nearest: Annotated[
         int,
         About(
-            "how many of the nearest sheep the dog sees; all, where there are fewer",
+            "number of nearest sheep that the dog perceives; all if there are fewer",
             "boids",
             low=1,
             high=EVERYONE,
+            symbol="n_s",
         ),
     ]
     done_when: Annotated[
         int,
         About(
-            "who must be at the goal that the task is done, from when on all stand"
-            " still: all_sheep, or the centre of mass of the sheep",
+            "condition that ends the task, after which all boids stand still: all_sheep"
+            " at the goal, or the centre of mass of the sheep",
             choices=("all_sheep", "centre"),
         ),
     ]
     target_radius: Annotated[
         float,
-        About("at the goal is who is nearer to it than this; 0: nobody", "length", 0),
+        About(
+            "distance from the goal below which a sheep, or the centre of mass, is at"
+            " the goal",
+            "length",
+            0,
+            symbol=r"r_{\mathrm{goal}}",
+        ),
     ]
     update: Annotated[int, UPDATE]
     dt: Annotated[float, TIME_STEP]
@@ -466,4 +509,73 @@ MODEL = Model(
     drives=True,
     goals_in_turn=False,
     shared=("target_radius", "dt"),
+    equations=r"""
+The last boid is the dog, and all others are sheep. In each step, boid $i$ with position
+$x_i$ chooses a velocity $v_i$ and moves:
+
+$$x_i \leftarrow x_i + v_i\,\Delta t$$
+
+Only the abstract of the paper was at hand. The equations come from programs of others.
+The direction of a vector is
+
+$$U(f) = \frac{f}{|f|}, \qquad U(0) = 0$$
+
+All random directions $\hat{\varepsilon}$ are independent unit vectors with a uniform
+angle. $x_d$ is the position of the dog.
+
+**Grazing:** A sheep farther than $r_s$ from the dog moves with probability $p$, with
+$v_i = \delta\,\hat{\varepsilon}_i$. Otherwise the sheep stands still, with $v_i = 0$.
+
+**Fleeing:** A sheep at most $r_s$ from the dog sums five directions:
+
+$$f_i = h\,H_i + c\,C_i + \rho_a A_i + \rho_s F_i + e\,\hat{\varepsilon}_i, \qquad
+v_i \leftarrow \delta\,U(f_i)$$
+
+If $f_i$ is zero, $H_i$ replaces $U(f_i)$. Only other sheep at most $R$ from sheep $i$
+act on sheep $i$. $M_i$ are the $n$ nearest sheep, or all if there are fewer. The lower
+index decides between equal distances. $N_i$ are the sheep nearer than $r_a$.
+
+**Inertia** $H_i = U(v_i)$ is the direction of the previous velocity, and zero after a
+step at rest.
+
+**Attraction** points to the centre of mass of the nearest sheep:
+
+$$C_i = U\left( \sum_{j \in M_i} (x_j - x_i) \right)$$
+
+**Repulsion** points away from near sheep:
+
+$$A_i = U\left( \sum_{j \in N_i} U(x_i - x_j) \right)$$
+
+**Flight** $F_i = U(x_i - x_d)$ points away from the dog.
+
+**Dog:** The dog perceives the $n_s$ nearest sheep at most $R$ away, or all if there are
+fewer. $N$ is the number of perceived sheep, and $G$ the centre of mass. Sheep $m$ is
+the perceived sheep farthest from $G$. The dog collects sheep $m$ if the distance
+$|x_m - G|$ exceeds $r_a N^{2/3}$. Otherwise the dog drives the herd to the goal $g$.
+The target of the dog is
+
+$$T = \begin{cases}
+x_m + r_a\,U(x_m - G) & |x_m - G| > r_a N^{2/3} \\
+G + r_a \sqrt{N}\,U(G - g) & \mathrm{otherwise}
+\end{cases}$$
+
+$$v_d \leftarrow s\,U\left( U(T - x_d) + e_s\,\hat{\varepsilon}_d \right)$$
+
+The speed $s$ is $\delta_{\mathrm{near}}$ if a perceived sheep is nearer than
+$d_{\mathrm{near}}$, otherwise $\delta_s$. If the sum is zero, the dog moves in the
+direction of $T$. If the dog perceives no sheep, $U(v_d)$ replaces $U(T - x_d)$.
+
+**End:** The task is done when all sheep are nearer than $r_{\mathrm{goal}}$ to the
+goal. With `done_when: centre`, the centre of mass of all sheep must be nearer than
+$r_{\mathrm{goal}}$. From then on, all boids have the velocity zero. The state
+`task_time` of all boids is 0 at first, and then the time of the end.
+
+**Update:** With `update: synchronous`, all boids react to the state before the step.
+With `update: sequential`, boids move in turn, the dog last, and later boids perceive
+the new states of earlier boids.
+
+**Start:** In the presets, sheep begin in the quarter of the world with the greatest $x$
+and $y$. The dog begins in the opposite quarter. Positions and headings are uniformly
+random.
+""",
 )
