@@ -104,22 +104,24 @@ class Demand(NamedTuple):
 SEQUENTIAL, SYNCHRONOUS = 0, 1
 """Indices of the choices of UPDATE."""
 UPDATE = About(
-    "sequential: boid after boid, later ones see the new state of earlier ones;"
-    " synchronous: all read the old state",
+    "sequential: boids are updated one after another, and later boids perceive the new"
+    " states of earlier boids; synchronous: all boids perceive the states before the"
+    " step",
     choices=("sequential", "synchronous"),
 )
-TIME_STEP = About("time of one update", "time", low=0, exclusive=True)
+TIME_STEP = About("duration of a time step", "time", low=0, exclusive=True)
 """Description of the parameter `dt` of every model."""
 INTERACTION_RANGE = About(
-    "distance up to which boids act on each other; infinite in the paper",
+    "maximum distance at which boids interact, inclusive; infinite in the paper",
     "length",
     low=0,
 )
 METRIC, NEAREST, VORONOI = 0, 1, 2
 """Indices of the choices of `neighbours`."""
 NEIGHBOURS = About(
-    "who counts of those in sight. metric: all; nearest: the nearest ones; voronoi: the"
-    " ones whose Voronoi cells share a side with its own",
+    "interaction neighbourhood. metric: all perceived boids; nearest: the nearest"
+    " perceived boids; voronoi: perceived boids whose Voronoi cells share a side with"
+    " the cell of the boid",
     choices=("metric", "nearest", "voronoi"),
 )
 ALL_IN_SIGHT = NEIGHBOURS.choices[METRIC]
@@ -141,7 +143,9 @@ class Schedule(NamedTuple):
     """Number of boids and number of steps."""
 
     n: Annotated[int, About("number of boids", low=1, high=10_000_000)]
-    steps: Annotated[int, About("number of updates", low=1, high=10**9, in_steps=True)]
+    steps: Annotated[
+        int, About("number of time steps", low=1, high=10**9, in_steps=True)
+    ]
 
 
 class WorldSettings(NamedTuple):
@@ -150,7 +154,7 @@ class WorldSettings(NamedTuple):
     `map` names an entry of kernels.worlds.MAPS.
     """
 
-    map: Annotated[str, About("environment map: which obstacles there are")]
+    map: Annotated[str, About("environment map, which defines the obstacles")]
     width: Annotated[
         float, About("width of the world", "length", low=0, exclusive=True)
     ]
@@ -160,46 +164,56 @@ class WorldSettings(NamedTuple):
     borders: Annotated[
         int,
         About(
-            "open: none; torus: positions wrap; bounded: positions and velocities are"
-            " mirrored at the border",
+            "boundary condition. open: unbounded; torus: periodic; bounded:"
+            " reflecting, positions and velocities are mirrored at the border",
             choices=("open", "torus", "bounded"),
         ),
     ]
     minimum_image: Annotated[
         bool,
-        About("boids see each other across the borders of a torus"),
+        About("whether boids perceive each other across periodic boundaries"),
         OnlyWhere("borders == 'torus'"),
     ]
     n_obstacles: Annotated[
         int, About("number of obstacles of map random_obstacles", low=0, high=100_000)
     ]
-    obstacle_radius: Annotated[float, About("their radius", "length", low=0)]
+    obstacle_radius: Annotated[
+        float, About("radius of the obstacles of map random_obstacles", "length", low=0)
+    ]
     obstacle_margin: Annotated[
         float,
-        About("least distance of their centres from the borders", "length", low=0),
+        About(
+            "minimum distance of the centres of random obstacles from the borders",
+            "length",
+            low=0,
+        ),
     ]
     obstacle_positions: Annotated[
         int,
         About(
-            "uniform in the world, or on its integer points",
+            "positions of random obstacles. continuous: uniform in the world; integer:"
+            " uniform on the integer points of the world",
             choices=("continuous", "integer"),
         ),
     ]
-    goal_x: Annotated[float, About("where boids are to go", "length")]
-    goal_y: Annotated[float, About("where boids are to go", "length")]
+    goal_x: Annotated[float, About("x coordinate of the first goal", "length")]
+    goal_y: Annotated[float, About("y coordinate of the first goal", "length")]
     next_goals: Annotated[
         Places,
-        About("where boids are to go from the goal on, one after the other", "length"),
+        About(
+            "positions of further goals, in the order in which boids visit the goals",
+            "length",
+        ),
     ]
     goals_repeat: Annotated[
         bool,
-        About("after the last goal boids go to the first one again"),
+        About("whether boids go to the first goal again after the last goal"),
         OnlyWhere("next_goals != ''"),
     ]
     obstacle_speed: Annotated[
         float,
         About(
-            "speed of obstacles that have no velocity of their own, each in a random"
+            "speed of obstacles without a velocity in the map, each in a random"
             " direction",
             "length/time",
             low=0,
@@ -236,7 +250,8 @@ class Sensing(NamedTuple):
     nearest: Annotated[
         int,
         About(
-            "how many of those in sight count at most where neighbours is nearest",
+            "maximum number of neighbours if neighbours is nearest (topological"
+            " interaction)",
             "boids",
             low=1,
             high=10_000_000,
@@ -246,7 +261,7 @@ class Sensing(NamedTuple):
     position_noise: Annotated[
         float,
         About(
-            "standard deviation of the error of each coordinate of a measured place",
+            "standard deviation of the measurement error of each position coordinate",
             "length",
             low=0,
         ),
@@ -254,7 +269,7 @@ class Sensing(NamedTuple):
     velocity_noise: Annotated[
         float,
         About(
-            "standard deviation of the error of each component of a measured velocity",
+            "standard deviation of the measurement error of each velocity component",
             "length/time",
             low=0,
         ),
@@ -262,8 +277,8 @@ class Sensing(NamedTuple):
     noise_time: Annotated[
         float,
         About(
-            "time in which an error of measurement falls to 1/e of itself in the mean;"
-            " 0: errors of different samples are independent",
+            "correlation time of the measurement errors; 0: independent errors in"
+            " every step",
             "time",
             low=0,
         ),
@@ -272,8 +287,9 @@ class Sensing(NamedTuple):
     noise_form: Annotated[
         int,
         About(
-            "independent: those of place and velocity; coupled: the error of the place"
-            " is the integral of that of the velocity, held by a spring",
+            "independent: errors of position and velocity are independent; coupled:"
+            " the position error is the integral of the velocity error, with a"
+            " restoring spring",
             choices=NOISE_FORMS,
         ),
         OnlyWhere(NOISY),
@@ -281,33 +297,40 @@ class Sensing(NamedTuple):
     own_noise: Annotated[
         int,
         About(
-            "errors of what a boid knows of itself. none: it has no error; shared: the"
-            " errors that others see; independent: others of the same size",
+            "measurement errors in a boid's knowledge of its own state. none: no"
+            " errors; shared: the errors in the messages of the boid; independent:"
+            " separate errors of the same size",
             choices=OWN_NOISES,
         ),
         OnlyWhere(NOISY),
     ]
     sensing_delay: Annotated[
         float,
-        About("age of what a boid knows of others", "time", low=0, whole_steps=True),
+        About(
+            "latency: age of the received states of other boids",
+            "time",
+            low=0,
+            whole_steps=True,
+        ),
     ]
     sensing_period: Annotated[
         float,
         About(
-            "time between two samples of what a boid knows of others; 0: each step",
+            "time between two updates of the received states of other boids; 0: every"
+            " step",
             "time",
             low=0,
             whole_steps=True,
         ),
     ]
     radio_range: Annotated[
-        float, About("distance up to which a boid hears of others", "length", low=0)
+        float, About("maximum communication distance", "length", low=0)
     ]
     packet_loss: Annotated[
         float,
         About(
-            "probability that a boid does not hear of one at packet_loss_range in a"
-            " sample; at other distances it goes as their square, up to 1",
+            "probability that a message is lost at the distance packet_loss_range; the"
+            " probability is proportional to the squared distance, up to 1",
             low=0,
             high=1,
         ),
@@ -315,7 +338,8 @@ class Sensing(NamedTuple):
     packet_loss_range: Annotated[
         float,
         About(
-            "distance at which packet_loss holds; infinite: it holds at any distance",
+            "distance at which packet_loss holds; infinite: packet_loss holds at every"
+            " distance",
             "length",
             low=0,
             exclusive=True,
@@ -324,11 +348,11 @@ class Sensing(NamedTuple):
     ]
     occlusion: Annotated[
         int,
-        About("what hides those behind it from a boid", choices=OCCLUSION),
+        About("objects that block the line of sight between boids", choices=OCCLUSION),
     ]
     body_radius: Annotated[
         float,
-        About("radius of a boid that hides others", "length", low=0),
+        About("radius of a boid that blocks the line of sight", "length", low=0),
         OnlyWhere("occlusion == 'boids' or occlusion == 'both'"),
     ]
 
@@ -342,7 +366,8 @@ class Actuation(NamedTuple):
     motor_lag: Annotated[
         float,
         About(
-            "time in which the difference from the wanted velocity falls to 1/e",
+            "time constant of a first-order lag: the difference from the commanded"
+            " velocity falls to 1/e in this time",
             "time",
             low=0,
         ),
@@ -350,12 +375,12 @@ class Actuation(NamedTuple):
     motor_acceleration: Annotated[
         float,
         About(
-            "greatest change of the velocity", "length/time^2", low=0, exclusive=True
+            "upper limit of the acceleration", "length/time^2", low=0, exclusive=True
         ),
     ]
     motor_turn_rate: Annotated[
         float,
-        About("greatest change of the heading", "degrees/time", low=0, exclusive=True),
+        About("upper limit of the turn rate", "degrees/time", low=0, exclusive=True),
     ]
     motor_min_speed: Annotated[
         float, About("lower limit of the speed", "length/time", low=0)
@@ -366,20 +391,24 @@ class Actuation(NamedTuple):
     motor_noise: Annotated[
         float,
         About(
-            "standard deviation of what noise adds to each component of the velocity"
-            " in one unit of time",
+            "standard deviation of the noise that each velocity component receives in"
+            " one unit of time",
             "length/time",
             low=0,
         ),
     ]
     wheels: Annotated[
-        bool, About("a boid moves only where it heads, and turns to change that")
+        bool,
+        About(
+            "whether boids have a differential drive (unicycle) and move only along"
+            " their heading"
+        ),
     ]
     motor_spread: Annotated[
         float,
         About(
-            "standard deviation of the logarithms of factors that each robot has of its"
-            " own, of its lag and of each limit",
+            "log-normal variability of the actuators between robots: standard"
+            " deviation of the logarithms of the factors of the lag and of the limits",
             low=0,
         ),
         OnlyWhere(LIMITED),
@@ -389,15 +418,18 @@ class Actuation(NamedTuple):
 class Breakdowns(NamedTuple):
     """Failures of boids: how many fail, when and how; see kernels.robots.breakdowns."""
 
-    failing_share: Annotated[float, About("part of the boids that fail", low=0, high=1)]
+    failing_share: Annotated[
+        float, About("fraction of the boids that fail", low=0, high=1)
+    ]
     failing_time: Annotated[
-        float, About("when they fail", "time", low=0), OnlyWhere(SOME_FAIL)
+        float, About("time of the failure", "time", low=0), OnlyWhere(SOME_FAIL)
     ]
     failing_how: Annotated[
         int,
         About(
-            "stop: they stand; drift: they fly straight on; silent: nobody sees them;"
-            " blind: they see nobody",
+            "stop: failed boids halt; drift: failed boids keep their velocity; silent:"
+            " other boids receive no messages from failed boids; blind: failed boids"
+            " perceive no other boids",
             choices=FAILURES,
         ),
         OnlyWhere(SOME_FAIL),
@@ -408,16 +440,26 @@ class Medium(NamedTuple):
     """Motion of the medium that carries boids; see kernels.robots.wind."""
 
     wind_x: Annotated[
-        float, About("mean velocity of the medium, which carries boids", "length/time")
+        float,
+        About(
+            "x component of the mean velocity of the wind, a flow that carries all"
+            " boids",
+            "length/time",
+        ),
     ]
     wind_y: Annotated[
-        float, About("mean velocity of the medium, which carries boids", "length/time")
+        float,
+        About(
+            "y component of the mean velocity of the wind, a flow that carries all"
+            " boids",
+            "length/time",
+        ),
     ]
     gust: Annotated[
         float,
         About(
-            "standard deviation of each component of the gusts, which add to the wind"
-            " and are the same for all boids",
+            "standard deviation of each velocity component that gusts add to the wind,"
+            " the same for all boids",
             "length/time",
             low=0,
         ),
@@ -425,8 +467,8 @@ class Medium(NamedTuple):
     gust_time: Annotated[
         float,
         About(
-            "time in which a gust falls to 1/e of itself in the mean; 0: gusts of"
-            " different steps are independent; infinite: a trial has one gust",
+            "correlation time of the gusts; 0: independent gusts in every step;"
+            " infinite: one constant gust per trial",
             "time",
             low=0,
         ),
@@ -467,47 +509,66 @@ class StartSettings(NamedTuple):
     start_positions: Annotated[
         int,
         About(
-            "boids start uniformly in the world, or on its integer points",
+            "continuous: initial positions are uniform in the world; integer: initial"
+            " positions are uniform on the integer points of the world",
             choices=("continuous", "integer"),
         ),
     ]
     start_velocities: Annotated[
         int,
         About(
-            "heading: start_speed in a uniform direction; components: each uniform"
-            " within +-start_speed",
+            "heading: initial velocities have the speed start_speed and a uniform"
+            " random direction; components: each component is uniform within"
+            " +-start_speed",
             choices=("heading", "components"),
         ),
     ]
     start_speed: Annotated[
-        float, About("initial speed, or bound of its components", "length/time", low=0)
+        float,
+        About(
+            "initial speed, or bound of the initial velocity components",
+            "length/time",
+            low=0,
+        ),
     ]
     start_margin: Annotated[
         float,
-        About("least distance of initial positions from the borders", "length", low=0),
+        About(
+            "minimum distance of initial positions from the borders", "length", low=0
+        ),
     ]
     start_center_x: Annotated[
-        float, About("centre of the disc in which boids start", "length")
+        float,
+        About("x coordinate of the centre of the disc of initial positions", "length"),
     ]
     start_center_y: Annotated[
-        float, About("centre of the disc in which boids start", "length")
+        float,
+        About("y coordinate of the centre of the disc of initial positions", "length"),
     ]
     start_radius: Annotated[
-        float, About("its radius; 0: boids start all over the world", "length", low=0)
+        float,
+        About(
+            "radius of the disc of initial positions; 0: initial positions in the"
+            " whole world",
+            "length",
+            low=0,
+        ),
     ]
     start_free: Annotated[
-        bool, About("initial positions inside obstacles are drawn again")
+        bool, About("whether initial positions inside obstacles are drawn again")
     ]
     start_distance: Annotated[
         float,
         About(
-            "initial positions nearer than this to an earlier one are drawn again",
+            "minimum distance between initial positions; nearer positions are drawn"
+            " again",
             "length",
             low=0,
         ),
     ]
     start_draws: Annotated[
-        int, About("how the flock is drawn: which entry of kernels.starts.STARTS")
+        int,
+        About("initial condition: method that draws the positions and velocities"),
     ]
 
 
@@ -515,47 +576,61 @@ class Observation(NamedTuple):
     """Parameters of the metrics."""
 
     flock_range: Annotated[
-        float, About("boids nearer than this are of one flock", "length", low=0)
+        float,
+        About(
+            "distance below which two boids are linked in one flock", "length", low=0
+        ),
     ]
     goal_radius: Annotated[
-        float, About("boids nearer than this to the goal have arrived", "length", low=0)
+        float,
+        About(
+            "distance from a goal below which a boid has reached the goal",
+            "length",
+            low=0,
+        ),
     ]
     contact_distance: Annotated[
-        float, About("boids nearer than this have collided", "length", low=0)
+        float, About("distance below which two boids collide", "length", low=0)
     ]
     equilibrium_tolerance: Annotated[
         float,
         About(
-            "neighbours whose velocities differ by less than this part of the speed are"
-            " synchronised",
+            "velocity difference of neighbours below which the neighbours are"
+            " synchronised, as a fraction of the larger speed",
             low=0,
         ),
     ]
     equilibrium_steps: Annotated[
         int,
         About(
-            "steps of synchrony with all neighbours that make an equilibrium",
+            "number of time steps of synchrony with all neighbours that make an"
+            " equilibrium",
             low=1,
             high=10**9,
             in_steps=True,
         ),
     ]
     pixel: Annotated[
-        float, About("side of a pixel of the coverage", "length", low=0, exclusive=True)
+        float,
+        About(
+            "side length of a pixel of the coverage", "length", low=0, exclusive=True
+        ),
     ]
     footprint: Annotated[
         int,
         About(
-            "pixels a boid visits. disc: those whose centre is within footprint_radius;"
-            " stamp: the same about its position truncated to integers",
+            "pixels that a boid visits. disc: pixels whose centre is within"
+            " footprint_radius of the position; stamp: the same disc around the"
+            " position truncated to integers",
             choices=("disc", "stamp"),
         ),
     ]
     footprint_radius: Annotated[
-        float, About("radius of the footprint", "pixels", low=0, high=50)
+        float, About("radius of the footprint of a boid", "pixels", low=0, high=50)
     ]
     coverage_cv_ddof: Annotated[
-        int, About("delta degrees of freedom of coverage_cv", low=0, high=1)
+        int,
+        About("delta degrees of freedom of the variance in coverage_cv", low=0, high=1),
     ]
 
 

@@ -41,56 +41,79 @@ class Params(NamedTuple):
 
     repulsion_range: Annotated[
         float,
-        About("r_r: radius of the zone of repulsion, all round", "length", low=0),
+        About(
+            "radius of the zone of repulsion, in all directions (Eq. 1)",
+            "length",
+            low=0,
+            symbol="r_r",
+        ),
     ]
     orientation_width: Annotated[
         float,
-        About("dr_o = r_o - r_r: width of the zone of orientation", "length", low=0),
+        About(
+            "width of the zone of orientation (Eq. 2)",
+            "length",
+            low=0,
+            symbol=r"\Delta r_o",
+        ),
     ]
     attraction_width: Annotated[
         float,
-        About("dr_a = r_a - r_o: width of the zone of attraction", "length", low=0),
+        About(
+            "width of the zone of attraction (Eq. 3)",
+            "length",
+            low=0,
+            symbol=r"\Delta r_a",
+        ),
     ]
     fov: Annotated[
         float,
         About(
-            "alpha: field of view in which others are followed", "degrees", 0, high=360
+            "field of view in the zones of orientation and attraction",
+            "degrees",
+            0,
+            high=360,
+            symbol=r"\alpha",
         ),
     ]
     zone_sums: Annotated[
         int,
         About(
-            "plain_sums: the sum of headings in the zone of orientation and that of"
-            " directions in the zone of attraction are added, so that the fuller zone"
-            " counts more; unit_vectors: each has the length 1 before",
+            "sum of orientation (Eq. 2) and attraction (Eq. 3). plain_sums: the fuller"
+            " zone has the larger weight; unit_vectors: both zones are scaled to"
+            " length 1 and have equal weights",
             choices=("plain_sums", "unit_vectors"),
         ),
     ]
     noise: Annotated[
         float,
         About(
-            "sigma: standard deviation of the angle by which a desired direction is"
-            " missed",
+            "standard deviation of the Gaussian error of the desired direction",
             "radians",
             low=0,
+            symbol=r"\sigma",
         ),
     ]
     max_turn: Annotated[
         float,
-        About("theta: the most that a boid turns, in degrees a unit of time", low=0),
+        About(
+            "maximum turn rate, in degrees per unit of time", low=0, symbol=r"\theta"
+        ),
     ]
     max_speed: Annotated[
         float,
         About(
-            "s: the one speed of all boids, which they have from the first step on",
+            "constant speed of all boids from the first step on",
             "length/time",
             low=0,
             exclusive=True,
+            symbol="s",
         ),
     ]
     update: Annotated[int, UPDATE]
     dt: Annotated[
-        float, About("tau: time of one update", "time", low=0, exclusive=True)
+        float,
+        About("duration of a time step", "time", low=0, exclusive=True, symbol=r"\tau"),
     ]
 
 
@@ -311,4 +334,60 @@ MODEL = Model(
     drives=True,
     goals_in_turn=False,
     shared=("dt",),
+    equations=r"""
+In each step, boid $i$ with position $\mathbf{x}_i$ and heading $\mathbf{u}_i$ chooses a
+desired direction, turns towards it and moves. The heading is the unit vector of the
+velocity $\mathbf{v}_i$. The paper has three dimensions, and this model has two.
+
+The displacement to boid $j$ is $\mathbf{r}_{ij} = \mathbf{x}_j - \mathbf{x}_i$. A hat
+marks a unit vector: $\hat{\mathbf{a}} = \mathbf{a} / |\mathbf{a}|$. Three sets of other
+boids influence boid $i$:
+
+- $R_i$, the zone of repulsion: $|\mathbf{r}_{ij}| < r_r$, in all directions.
+- $O_i$, the zone of orientation: $r_r \le |\mathbf{r}_{ij}| < r_o$ with
+  $r_o = r_r + \Delta r_o$, within the field of view.
+- $A_i$, the zone of attraction: $r_o \le |\mathbf{r}_{ij}| < r_a$ with
+  $r_a = r_o + \Delta r_a$, within the field of view.
+
+The field of view contains boid $j$ if the angle between $\mathbf{r}_{ij}$ and
+$\mathbf{u}_i$ is at most $\alpha / 2$.
+
+**Repulsion** (Eq. 1), **orientation** (Eq. 2) and **attraction** (Eq. 3) are sums of
+unit vectors:
+
+$$\mathbf{d}_i^r = -\sum_{j \in R_i} \hat{\mathbf{r}}_{ij}, \qquad
+\mathbf{d}_i^o = \sum_{j \in O_i} \hat{\mathbf{v}}_j, \qquad
+\mathbf{d}_i^a = \sum_{j \in A_i} \hat{\mathbf{r}}_{ij}$$
+
+**Desired direction.** Repulsion has priority over the other zones:
+
+$$\mathbf{d}_i = \begin{cases}
+\mathbf{d}_i^r & R_i \neq \emptyset \\
+\mathbf{d}_i^o + \mathbf{d}_i^a & R_i = \emptyset
+\end{cases}$$
+
+This is the direction of the paper (`zone_sums: plain_sums`). With
+`zone_sums: unit_vectors`, $\hat{\mathbf{d}}_i^o$ and $\hat{\mathbf{d}}_i^a$ replace
+$\mathbf{d}_i^o$ and $\mathbf{d}_i^a$. If $\mathbf{d}_i$ is zero, the desired direction
+is the heading $\mathbf{u}_i$.
+
+**Noise** rotates the desired direction by a Gaussian angle. $Q(\varphi)$ is the
+rotation by the angle $\varphi$:
+
+$$\mathbf{e}_i = Q(\xi_i)\,\hat{\mathbf{d}}_i, \qquad \xi_i \sim N(0, \sigma^2)$$
+
+**Turn.** $\phi_i$ is the angle from $\mathbf{u}_i$ to $\mathbf{e}_i$, with
+$-\pi < \phi_i \le \pi$. The turn in one step is at most $\theta\tau$:
+
+$$\mathbf{u}_i \leftarrow Q\left( \max\left( -\theta\tau,
+\min(\phi_i, \theta\tau) \right) \right) \mathbf{u}_i$$
+
+**Move:**
+
+$$\mathbf{v}_i \leftarrow s\,\mathbf{u}_i, \qquad
+\mathbf{x}_i \leftarrow \mathbf{x}_i + \mathbf{v}_i\,\tau$$
+
+With `update: synchronous`, all boids use the states before the step. With
+`update: sequential`, later boids use the new states of earlier boids.
+""",
 )

@@ -38,35 +38,45 @@ class Params(NamedTuple):
     strength: Annotated[
         float,
         About(
-            "K: the weight is K sigma^(-2 beta) without distance; with beta = 0 it is a"
-            " rate in 1/time",
+            "coupling strength of the velocity alignment; a rate in 1/time if exponent"
+            " is 0",
             low=0,
+            symbol="K",
         ),
     ]
     decay_length: Annotated[
         float,
         About(
-            "sigma: distance from which the weight falls",
+            "distance from which the alignment weight decreases",
             "length",
             low=0,
             exclusive=True,
+            symbol=r"\sigma",
         ),
     ]
     exponent: Annotated[
         float,
-        About("beta: far apart the weight falls as the power -2 beta", low=0),
+        About(
+            "decay exponent of the alignment weight, which at large distances falls as"
+            " the distance to the power of -2 exponent",
+            low=0,
+            symbol=r"\beta",
+        ),
     ]
     weights: Annotated[
         int,
         About(
-            "sum: over all others, as in the paper; mean: the same, divided by the"
-            " number of boids",
+            "sum: sum over all neighbours, as in the paper (Eq. 1); mean: the sum"
+            " divided by the number of boids",
             choices=("sum", "mean"),
         ),
     ]
     interaction_range: Annotated[float, INTERACTION_RANGE]
     update: Annotated[int, UPDATE]
-    dt: Annotated[float, About("h: time of one update", "time", low=0, exclusive=True)]
+    dt: Annotated[
+        float,
+        About("duration of a time step", "time", low=0, exclusive=True, symbol="h"),
+    ]
 
 
 AS_WRITTEN = COMMON | {
@@ -219,4 +229,32 @@ MODEL = Model(
     drives=True,
     goals_in_turn=False,
     shared=("dt",),
+    equations=r"""
+In each step, boid $i$ with position $\mathbf{x}_i$ and velocity $\mathbf{v}_i$ aligns
+its velocity and moves:
+
+$$\mathbf{x}_i \leftarrow \mathbf{x}_i + h\,\mathbf{v}_i, \qquad
+\mathbf{v}_i \leftarrow \mathbf{v}_i + h\,\mathbf{a}_i$$
+
+The displacement uses the velocity before the step.
+
+**Alignment** (Eq. 1) is a weighted sum of velocity differences:
+
+$$\mathbf{a}_i = \sum_{j \in N_i} a_{ij} \left( \mathbf{v}_j - \mathbf{v}_i \right)$$
+
+The weight decreases with the distance:
+
+$$a_{ij} = \frac{K}{c}
+\left( \sigma^2 + |\mathbf{x}_i - \mathbf{x}_j|^2 \right)^{-\beta}$$
+
+In the paper $c = 1$ (`weights: sum`). With `weights: mean`, $c$ is the number of boids
+of the swarm.
+
+$N_i$ is the set of other boids within the interaction range of boid $i$, range
+inclusive and in all directions. The interaction range is infinite in the paper. The
+model has no speed limit and no noise.
+
+With `update: synchronous`, all boids use the states before the step. With
+`update: sequential`, later boids use the new states of earlier boids.
+""",
 )

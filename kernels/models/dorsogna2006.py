@@ -48,30 +48,63 @@ class Params(NamedTuple):
 
     propulsion: Annotated[
         float,
-        About("alpha: a slow boid gets faster at the rate alpha / m", "1/time", low=0),
+        About(
+            "strength of the self-propulsion (Eq. 2); a slow boid accelerates at the"
+            " rate propulsion / mass",
+            "1/time",
+            low=0,
+            symbol=r"\alpha",
+        ),
     ]
     friction: Annotated[
         float,
         About(
-            "beta: friction takes beta |v|^2 v, so that a free boid comes to the speed"
-            " sqrt(alpha / beta); its unit is time/length^2",
+            "coefficient of the friction (Eq. 2), in time/length^2; the speed of a"
+            " free boid tends to sqrt(propulsion / friction)",
             low=0,
+            symbol=r"\beta",
         ),
     ]
-    mass: Annotated[float, About("m", low=0, exclusive=True)]
+    mass: Annotated[
+        float, About("mass of a boid (Eq. 2)", low=0, exclusive=True, symbol="m")
+    ]
     repulsion_strength: Annotated[
         float,
-        About("C_r: height of the repulsive potential", "length^2/time^2", low=0),
+        About(
+            "height of the repulsive potential (Eq. 3)",
+            "length^2/time^2",
+            low=0,
+            symbol="C_r",
+        ),
     ]
     repulsion_length: Annotated[
-        float, About("l_r: its decay length", "length", low=0, exclusive=True)
+        float,
+        About(
+            "decay length of the repulsive potential (Eq. 3)",
+            "length",
+            low=0,
+            exclusive=True,
+            symbol=r"\ell_r",
+        ),
     ]
     attraction_strength: Annotated[
         float,
-        About("C_a: depth of the attractive potential", "length^2/time^2", low=0),
+        About(
+            "depth of the attractive potential (Eq. 3)",
+            "length^2/time^2",
+            low=0,
+            symbol="C_a",
+        ),
     ]
     attraction_length: Annotated[
-        float, About("l_a: its decay length", "length", low=0, exclusive=True)
+        float,
+        About(
+            "decay length of the attractive potential (Eq. 3)",
+            "length",
+            low=0,
+            exclusive=True,
+            symbol=r"\ell_a",
+        ),
     ]
     interaction_range: Annotated[float, INTERACTION_RANGE]
     update: Annotated[int, UPDATE]
@@ -269,4 +302,49 @@ MODEL = Model(
     drives=True,
     goals_in_turn=False,
     shared=("dt",),
+    equations=r"""
+Boid $i$ with position $\mathbf{x}_i$ and velocity $\mathbf{v}_i$ follows the equations
+of motion (Eqs. 1 and 2):
+
+$$\frac{d\mathbf{x}_i}{dt} = \mathbf{v}_i, \qquad
+m \frac{d\mathbf{v}_i}{dt} = \left( \alpha - \beta |\mathbf{v}_i|^2 \right) \mathbf{v}_i
+- \nabla U(\mathbf{x}_i)$$
+
+**Interaction potential** (Eq. 3), with the distance
+$r_{ij} = |\mathbf{x}_j - \mathbf{x}_i|$:
+
+$$U(\mathbf{x}_i) = \sum_{j \in N_i} \left( C_r\,e^{-r_{ij} / \ell_r}
+- C_a\,e^{-r_{ij} / \ell_a} \right)$$
+
+$N_i$ is the set of other boids within the interaction range of boid $i$, range
+inclusive and in all directions. The interaction range is infinite in the paper. The
+force is the negative gradient:
+
+$$\mathbf{F}_i = \sum_{j \in N_i} \left( \frac{C_a}{\ell_a} e^{-r_{ij} / \ell_a}
+- \frac{C_r}{\ell_r} e^{-r_{ij} / \ell_r} \right)
+\frac{\mathbf{x}_j - \mathbf{x}_i}{r_{ij}}$$
+
+A neighbour at the same position exerts no force.
+
+**Propulsion and friction** alone have an exact solution. After half a time step the
+velocity is $P(\mathbf{v}_i)$:
+
+$$P(\mathbf{v}) = \frac{\mathbf{v}}{\sqrt{D + B |\mathbf{v}|^2}}, \qquad
+D = e^{-\alpha \Delta t / m}, \qquad
+B = \frac{\beta}{\alpha} \left( 1 - D \right)$$
+
+Without propulsion ($\alpha = 0$), $B$ is $\beta \Delta t / m$.
+
+**Time step** (leapfrog). Propulsion acts for half a step, the force for a whole step,
+and propulsion for the other half. The boid then moves with the new velocity:
+
+$$\mathbf{v}_i \leftarrow P\left( P(\mathbf{v}_i) + \frac{\mathbf{F}_i}{m} \Delta t
+\right), \qquad
+\mathbf{x}_i \leftarrow \mathbf{x}_i + \mathbf{v}_i\,\Delta t$$
+
+The paper gives the continuous equations. The model has no speed limit and no noise.
+
+With `update: synchronous`, all boids use the states before the step. With
+`update: sequential`, later boids use the new states of earlier boids.
+""",
 )

@@ -50,108 +50,159 @@ class Params(NamedTuple):
 
     flock_speed: Annotated[
         float,
-        About("v_flock: the speed that a drone wants to have", "length/time", low=0),
+        About(
+            "preferred speed of a drone",
+            "length/time",
+            low=0,
+            symbol=r"v^{\mathrm{flock}}",
+        ),
     ]
     repulsion_range: Annotated[
-        float, About("r0_rep: nearer ones are gone away from", "length", low=0)
+        float,
+        About(
+            "distance between two drones below which repulsion acts",
+            "length",
+            low=0,
+            symbol=r"r_0^{\mathrm{rep}}",
+        ),
     ]
     repulsion_gain: Annotated[
         float,
-        About("p_rep: how fast, for each length that they are too near", "1/time", 0),
+        About(
+            "gain of the repulsion: added speed per unit of length below the range",
+            "1/time",
+            0,
+            symbol=r"p^{\mathrm{rep}}",
+        ),
     ]
     friction_range: Annotated[
         float,
         About(
-            "r0_frict: how far from another the braking curve of friction ends",
+            "distance between two drones at which the braking curve of the friction"
+            " ends",
             "length",
             low=0,
+            symbol=r"r_0^{\mathrm{frict}}",
         ),
     ]
     friction_gain: Annotated[
         float,
         About(
-            "C_frict: part of an undue difference of velocities that is wanted", low=0
+            "gain of the friction: fraction of the excess velocity difference that"
+            " friction removes",
+            low=0,
+            symbol=r"C^{\mathrm{frict}}",
         ),
     ]
     friction_tolerance: Annotated[
         float,
         About(
-            "v_frict: a difference of velocities that is due at any distance",
+            "velocity difference that friction allows at any distance",
             "length/time",
             low=0,
+            symbol=r"v^{\mathrm{frict}}",
         ),
     ]
     friction_slope: Annotated[
         float,
         About(
-            "p_frict: slope of the end of the braking curve of friction",
+            "slope of the linear part of the braking curve of the friction",
             "1/time",
             low=0,
             exclusive=True,
+            symbol=r"p^{\mathrm{frict}}",
         ),
     ]
     friction_acceleration: Annotated[
         float,
-        About("a_frict: by which friction brakes before that", "length/time^2", low=0),
+        About(
+            "deceleration in the square-root part of the braking curve of the friction",
+            "length/time^2",
+            low=0,
+            symbol=r"a^{\mathrm{frict}}",
+        ),
     ]
     walls: Annotated[
-        bool, About("shill agents stand at the borders of the world, as at obstacles")
+        bool,
+        About(
+            "whether the borders of the world have shill agents, in the same way as"
+            " obstacles"
+        ),
     ]
     shill_range: Annotated[
         float,
         About(
-            "r0_shill: how far from a wall or an obstacle the braking curve ends",
+            "distance from a wall or an obstacle at which the braking curve of its"
+            " shill agent ends",
             "length",
             low=0,
+            symbol=r"r_0^{\mathrm{shill}}",
         ),
     ]
     shill_speed: Annotated[
         float,
-        About("v_shill: speed of a shill agent, away from its wall", "length/time", 0),
+        About(
+            "speed of a shill agent, directed away from its wall or obstacle",
+            "length/time",
+            0,
+            symbol=r"v^{\mathrm{shill}}",
+        ),
     ]
     shill_slope: Annotated[
         float,
         About(
-            "p_shill: slope of the end of the braking curve before walls",
+            "slope of the linear part of the braking curve of shill agents",
             "1/time",
             low=0,
             exclusive=True,
+            symbol=r"p^{\mathrm{shill}}",
         ),
     ]
     shill_acceleration: Annotated[
         float,
-        About("a_shill: by which walls are braked before that", "length/time^2", low=0),
+        About(
+            "deceleration in the square-root part of the braking curve of shill agents",
+            "length/time^2",
+            low=0,
+            symbol=r"a^{\mathrm{shill}}",
+        ),
     ]
     speed_limit: Annotated[
         int,
         About(
-            "scaled: a wanted velocity has the length flock_speed, as in the authors'"
-            " program; cut: it is cut at max_speed, as in the paper",
+            "scaled: the commanded velocity has the length flock_speed, as in the"
+            " program of the authors; cut: the commanded velocity is limited to"
+            " max_speed, as in the paper",
             choices=("scaled", "cut"),
         ),
     ]
     max_speed: Annotated[
         float,
         About(
-            "v_max: most that a wanted velocity is where it is cut",
+            "limit of the commanded speed if speed_limit is cut",
             "length/time",
             low=0,
+            symbol=r"v^{\max}",
         ),
     ]
     interaction_range: Annotated[
         float,
         About(
-            "distance, of what a drone knows, up to which others act on it",
+            "maximum distance of interacting drones, as a drone perceives it,"
+            " inclusive",
             "length",
             low=0,
+            symbol="R",
         ),
     ]
     control_period: Annotated[
         float,
         About(
-            "time between two choices of a wanted velocity, which is held meanwhile",
+            "time between two updates of the commanded velocity, which is constant"
+            " between them",
             "time",
             low=0,
+            symbol="T",
         ),
     ]
     update: Annotated[int, UPDATE]
@@ -572,4 +623,77 @@ MODEL = Model(
     drives=True,
     goals_in_turn=False,
     shared=("dt",),
+    equations=r"""
+Drone $i$ has the position $\mathbf{x}_i$ and the velocity $\mathbf{v}_i$. The drone
+chooses a commanded velocity $\mathbf{w}_i$ in the first step and again after each
+control period $T$. $\mathbf{w}_i$ is constant between these times.
+
+The rules use the positions and velocities that drone $i$ perceives. Its own measured
+velocity is $\mathbf{u}_i$. $N_i$ is the set of other drones within the perceived
+distance $R$, range inclusive and in all directions. $\mathbf{r}_{ij}$ is the vector
+from drone $j$ to drone $i$, with the length $r_{ij}$.
+
+**Braking curve.** $D$ is the speed from which a drone can brake within the distance
+$r$:
+
+$$D(r, a, p) = \begin{cases}
+0 & r \le 0 \\
+p\,r & 0 < p\,r < a / p \\
+\sqrt{2 a r - a^2 / p^2} & p\,r \ge a / p
+\end{cases}$$
+
+**Repulsion** acts between drones that are nearer than $r_0^{\mathrm{rep}}$:
+
+$$\mathbf{v}_i^{\mathrm{rep}} = \sum_{j \in N_i} p^{\mathrm{rep}}
+\max\left( 0,\; r_0^{\mathrm{rep}} - r_{ij} \right) \frac{\mathbf{r}_{ij}}{r_{ij}}$$
+
+**Friction** reduces velocity differences
+$\mathbf{u}_{ij} = \mathbf{v}_j - \mathbf{u}_i$ whose length $u_{ij}$ exceeds an allowed
+value $m_{ij}$:
+
+$$m_{ij} = \max\left( v^{\mathrm{frict}},\;
+D(r_{ij} - r_0^{\mathrm{frict}}, a^{\mathrm{frict}}, p^{\mathrm{frict}}) \right), \qquad
+\mathbf{v}_i^{\mathrm{frict}} = \sum_{j \in N_i} C^{\mathrm{frict}}
+\max\left( 0,\; u_{ij} - m_{ij} \right) \frac{\mathbf{u}_{ij}}{u_{ij}}$$
+
+**Shill agents** are virtual drones at walls and obstacles. Shill agent $s$ is at the
+distance $r_{is}$, negative inside an obstacle or outside the world. Its velocity is
+$v^{\mathrm{shill}} \mathbf{n}_s$, with the unit vector $\mathbf{n}_s$ away from the
+wall or the obstacle:
+
+$$\mathbf{v}_i^{\mathrm{shill}} = \sum_{s} \max\left( 0,\; u_{is}
+- D(r_{is} - r_0^{\mathrm{shill}}, a^{\mathrm{shill}}, p^{\mathrm{shill}}) \right)
+\frac{\mathbf{u}_{is}}{u_{is}}, \qquad
+\mathbf{u}_{is} = v^{\mathrm{shill}} \mathbf{n}_s - \mathbf{u}_i$$
+
+Each obstacle has one shill agent, at its point nearest to the drone. With
+`walls: true`, the nearer wall along $x$ and the nearer wall along $y$ have one each.
+
+**Commanded velocity.** The first term is zero for a drone at rest:
+
+$$\mathbf{s}_i = v^{\mathrm{flock}} \frac{\mathbf{u}_i}{|\mathbf{u}_i|}
++ \mathbf{v}_i^{\mathrm{rep}} + \mathbf{v}_i^{\mathrm{frict}}
++ \mathbf{v}_i^{\mathrm{shill}}, \qquad
+\mathbf{w}_i = \frac{\mathbf{s}_i}{|\mathbf{s}_i|} \begin{cases}
+v^{\mathrm{flock}} & \mathrm{scaled} \\
+\min(|\mathbf{s}_i|, v^{\max}) & \mathrm{cut}
+\end{cases}$$
+
+The parameter `speed_limit` selects `scaled`, as in the program of the authors, or
+`cut`, as in the paper.
+
+**Move.** The position changes with the velocity before the step. $A$ is the actuation
+of all models with its lag, limits and noise:
+
+$$\mathbf{x}_i \leftarrow \mathbf{x}_i + \mathbf{v}_i\,\Delta t, \qquad
+\mathbf{v}_i \leftarrow A\left( \mathbf{v}_i,\;
+\mathbf{w}_i + \mathbf{v}_i - \mathbf{u}_i \right)$$
+
+For a lag $\tau$ (`motor_lag`) alone,
+$A(\mathbf{v}, \mathbf{c}) = \mathbf{c} + e^{-\Delta t/\tau}(\mathbf{v} - \mathbf{c})$.
+A reflecting border also mirrors $\mathbf{w}_i$.
+
+With `update: synchronous`, all drones use the states before the step. With
+`update: sequential`, later drones use the new states of earlier drones.
+""",
 )

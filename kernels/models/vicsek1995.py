@@ -33,41 +33,46 @@ class Params(NamedTuple):
     noise: Annotated[
         float,
         About(
-            "eta. scalar: the full width of the interval of angles, in radians;"
-            " vectorial: the length of the random vector, a pure number",
+            "width of the interval of the noise angle (Eq. 2), in radians, with scalar"
+            " noise; length of the random vector, dimensionless, with vectorial noise",
             "radians",
             low=0,
             high=math.tau,
+            symbol=r"\eta",
         ),
     ]
     noise_type: Annotated[
         int,
         About(
-            "scalar: a random angle is added to the average heading; vectorial: a"
-            " random vector is added to the sum of headings, for each of them",
+            "scalar: a random angle is added to the mean heading (Eq. 2); vectorial: a"
+            " random vector is added to the sum of headings, multiplied by their"
+            " number",
             choices=("scalar", "vectorial"),
         ),
     ]
     moves_with: Annotated[
         int,
         About(
-            "the heading along which a boid moves in a step: that from before the step,"
-            " or that which it takes in it",
+            "heading of the displacement in a step. old_heading: heading before the"
+            " step (Eq. 1); new_heading: heading after the step",
             choices=("old_heading", "new_heading"),
         ),
     ]
     max_speed: Annotated[
         float,
         About(
-            "v: the one speed of all boids, which they have from the first step on",
+            "constant speed of all boids from the first step on",
             "length/time",
             low=0,
             exclusive=True,
+            symbol="v",
         ),
     ]
     interaction_range: Annotated[
         float,
-        About("r: range up to which headings are averaged", "length", low=0),
+        About(
+            "range of the mean heading (Eq. 2), inclusive", "length", low=0, symbol="r"
+        ),
     ]
     update: Annotated[int, UPDATE]
     dt: Annotated[float, TIME_STEP]
@@ -274,4 +279,46 @@ MODEL = Model(
     drives=True,
     goals_in_turn=False,
     shared=("dt",),
+    equations=r"""
+In each step, boid $i$ with position $\mathbf{x}_i$ and velocity $\mathbf{v}_i$ takes a
+new heading $\theta_i'$ and moves. All boids have the same speed $v$:
+
+$$\mathbf{v}_i' = v \left( \cos\theta_i',\; \sin\theta_i' \right)$$
+
+$N_i$ is the set of boids within the range $r$ of boid $i$, range inclusive and in all
+directions. Boid $i$ is a member of $N_i$. $\mathrm{arg}(\mathbf{a})$ is the angle of a
+vector $\mathbf{a}$.
+
+**Scalar noise** (Eq. 2, `noise_type: scalar`) turns the mean heading of $N_i$ by a
+uniform random angle:
+
+$$\theta_i' = \mathrm{arg}\left( \sum_{j \in N_i} \mathbf{v}_j \right) + \xi_i, \qquad
+\xi_i \sim U\left( -\frac{\eta}{2}, \frac{\eta}{2} \right)$$
+
+**Vectorial noise** (Gregoire and Chate 2004, `noise_type: vectorial`) adds a random
+vector to the sum, multiplied by the number $|N_i|$ of boids in $N_i$:
+
+$$\theta_i' = \mathrm{arg}\left( \sum_{j \in N_i} \mathbf{v}_j
++ \eta\,|N_i|\,|\mathbf{v}_i|\,\mathbf{e}_i \right), \qquad
+\mathbf{e}_i = \left( \cos\xi_i,\; \sin\xi_i \right), \qquad
+\xi_i \sim U(-\pi, \pi)$$
+
+If a sum is zero, its angle is the angle of $\mathbf{v}_i$. A faster boid has a larger
+weight in the sum if the speeds of boids differ.
+
+**Move** (Eq. 1):
+
+$$\mathbf{x}_i \leftarrow \mathbf{x}_i + \mathbf{w}_i\,\Delta t, \qquad
+\mathbf{v}_i \leftarrow \mathbf{v}_i', \qquad
+\mathbf{w}_i = \begin{cases}
+\mathbf{v}_i & \mathrm{old} \\
+\mathbf{v}_i' & \mathrm{new}
+\end{cases}$$
+
+The parameter `moves_with` selects the velocity before the step (`old_heading`, as in
+the paper) or the new velocity (`new_heading`).
+
+With `update: synchronous`, all boids use the states before the step. With
+`update: sequential`, later boids use the new states of earlier boids.
+""",
 )
