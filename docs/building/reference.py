@@ -176,8 +176,7 @@ def metrics_page() -> str:
         " mean](../explanations/intervals.md). `sweep metrics` prints this list.\n\n"
         + table(head, rows)
         + "\n## Definitions\n\nBoid $i$ of $N$ has the position $p_i$ and the velocity"
-        " $v_i$. $\\bar p$ is the mean position.\n"
-        + formulas
+        " $v_i$. $\\bar p$ is the mean position.\n" + formulas
     )
 
 

@@ -148,7 +148,7 @@ def test_commands_that_are_not_run_exist_with_their_options(block: Block) -> Non
     commands = typer.main.get_command(app).commands  # type: ignore[attr-defined]
     for line in block.commands:
         first, *rest = words(line)
-        if first != "sweep":
+        if first != "sweep" or rest == ["--version"]:
             continue
         options = {name for one in commands[rest[0]].params for name in one.opts}
         given = {word.partition("=")[0] for word in rest if word.startswith("--")}

@@ -141,7 +141,8 @@ def test_models_metrics_maps_and_starts_are_there_with_all_settings(made: Made) 
 
 def test_a_model_shows_its_equations_and_the_values_of_its_presets(made: Made) -> None:
     text = made.pages["reference/models/nguyen2024"]
-    assert "Eqs. (1) and (2): v += a dt" in text
+    assert "The acceleration is a weighted sum of five rules (Eq. 3):" in text
+    assert "| `separation_weight` | $w_s$ | weight of the separation rule" in text
     row = next(line for line in text.splitlines() if line.startswith("| `drag`"))
     assert row.endswith("| a number from 0 to 1 | 0 | 0.1 |")
     assert "The torus of preset as_run wraps positions only: boids do" in text

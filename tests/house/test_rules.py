@@ -50,8 +50,8 @@ BROKEN: list[tuple[Rule, dict[str, str], str]] = [
     ),
     (
         prose.documents_are_easy_to_read,
-        {"docs/guide/a.md": f"# A\n\nA short one. {LONG}."},
-        f"docs/guide/a.md:3: a long sentence: {LONG}.",
+        {"docs/guide/a.md": f"# A\n\nA short sentence. {LONG.capitalize()}."},
+        f"docs/guide/a.md:3: a long sentence: {LONG.capitalize()}.",
     ),
     (
         prose.documents_are_easy_to_read,
