@@ -16,7 +16,12 @@ DEVELOPING = (ROOT / "DEVELOPING.md").read_text(encoding="utf-8")
 GUIDE = "".join(
     page.read_text(encoding="utf-8") for page in sorted(ROOT.glob("docs/guide/*.md"))
 )
-BLOCKS = re.findall(r"```yaml\n(.*?)```", README + GUIDE, re.DOTALL)
+BLOCKS = re.findall(
+    r"(?<!<!-- not run: a part of a spec -->\n)```yaml\n(.*?)```",
+    README + GUIDE,
+    re.DOTALL,
+)
+"""Without those that belong to a certain spec, which the text around them names."""
 PIECES = [block for block in BLOCKS if "study:" not in block]
 
 

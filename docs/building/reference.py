@@ -64,8 +64,10 @@ def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 
 def cell(value: object) -> str:
-    """A text as it stands, within a table in Markdown. Code in backticks stays code."""
-    parts = re.split(r"(`[^`]*`)", " ".join(str(value).split()))
+    """A text as it stands, within a table in Markdown. Code in backticks stays code,
+    and a symbol between dollar signs stays one.
+    """
+    parts = re.split(r"(`[^`]*`|^\$[^$]*\$$)", " ".join(str(value).split()))
     parts[::2] = [re.sub(r"([*_<\[\\])", r"\\\1", part) for part in parts[::2]]
     return "".join(parts).replace("|", "\\|")
 
