@@ -90,7 +90,7 @@ class Commands(TyperGroup):
         """
         order = list(Group)
         places = {
-            name: order.index(Group(command.rich_help_panel))
+            name: order.index(Group(command.rich_help_panel or ""))
             for name, command in self.commands.items()
             if isinstance(command, Command)
         }
