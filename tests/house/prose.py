@@ -1,15 +1,17 @@
 """Prose that readers of a second language follow: limits of the style sheet.
 
-`python -m tests.house.prose FILE...` prints what a file has.
+They hold for documents, for docstrings, and for texts in code: help and messages.
+`python -m tests.house.prose FILE...` prints what a document or a module has.
 """
 
+import ast
 import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from tests.house.sources import Checkout, Finding
+from tests.house.sources import Checkout, Finding, Module
 
 DOCUMENTS = (
     "README.md",
@@ -57,10 +59,19 @@ NOT_PROSE = re.compile(
     re.MULTILINE | re.DOTALL,
 )
 LINK = re.compile(r"!?\[([^\]]*)\]\([^)]*\)")
-CODE = re.compile(r"`[^`]*`")
+CODE = re.compile(r"``?[^`]*``?|\bNone\b(?! of)")
 ITEM = re.compile(r"^\s*(?:[-*]|\d+\.) ", re.MULTILINE)
 END = re.compile(r"(?<=[.!?:])[\"')*]*\s+(?=[\"'(*`A-Z0-9])|\n\s*\n")
 WORD = re.compile(r"[A-Za-z][\w'-]*|\d[\d,.]*")
+
+
+NOT_SAID = re.compile(
+    r"^ *[*\w, ]+ : .*$|^ *[A-Z][\w ]+\n *-{3,}$|^ *>>> .*?(?:\n\s*\n|\Z)",
+    re.MULTILINE | re.DOTALL,
+)
+"""Lines of a docstring with a name and its type, headings, and examples."""
+FEWEST_OF_A_TEXT = 4
+"""Words. A shorter text in code is a name or a piece of a sentence."""
 
 
 class Measured(NamedTuple):
@@ -117,8 +128,59 @@ def documents_are_easy_to_read(checkout: Checkout) -> Iterator[Finding]:
             yield document.finding(document.text.find(word), what)
 
 
+def docstrings(module: Module) -> dict[str, int]:
+    """The docstrings, also those of constants and fields, and their first lines."""
+    return {
+        NOT_SAID.sub("\n\n", node.value.value): node.lineno
+        for node in module.nodes
+        if isinstance(node, ast.Expr)
+        and isinstance(node.value, ast.Constant)
+        and isinstance(node.value.value, str)
+    }
+
+
+def messages(module: Module) -> dict[str, int]:
+    """The texts of code that have several words, and their first lines."""
+    return {
+        text: line
+        for text, line in module.texts.items()
+        if len(text.split()) >= FEWEST_OF_A_TEXT
+    }
+
+
+def code_is_easy_to_read(checkout: Checkout) -> Iterator[Finding]:
+    """Its docstrings, its help and its messages, as the documents are."""
+    for module in checkout.modules.values():
+        yield from _found_in(module, "docstrings", docstrings(module))
+        yield from _found_in(module, "texts", messages(module))
+
+
+def _found_in(module: Module, kind: str, texts: dict[str, int]) -> Iterator[Finding]:
+    all_words = measured("\n\n".join(texts))
+    if all_words.words >= FEWEST_WORDS and all_words.pronouns > MOST_PRONOUNS:
+        what = f"{all_words.pronouns:.0f} pronouns per 1,000 words of its {kind}"
+        yield module.finding(1, f"{what}; at most {MOST_PRONOUNS}")
+    for text, line in texts.items():
+        found = measured(text)
+        for sentence in found.long:
+            yield module.finding(line, f"a long sentence: {sentence}")
+        for word, instead in found.banned:
+            what = f'"{word}" is no term of the field: {instead}'
+            yield module.finding(line, what)
+
+
 def main() -> None:
+    here = Checkout(Path())
     for name in sys.argv[1:]:
+        if name.endswith(".py"):
+            module = here.module(name)
+            parts = {"docstrings": docstrings(module), "texts": messages(module)}
+            for kind, texts in parts.items():
+                found = measured("\n\n".join(texts))
+                print(f"{name}: {kind}: {found.words} words, {found.pronouns:.0f}")
+                for finding in _found_in(module, kind, texts):
+                    print(f"    {finding}")
+            continue
         found = measured(Path(name).read_text(encoding="utf-8"))
         print(f"{name}: {found.words} words, {found.pronouns:.0f} pronouns per 1,000")
         for sentence in found.long:
@@ -127,7 +189,7 @@ def main() -> None:
             print(f'    "{word}": {instead}')
 
 
-RULES = (documents_are_easy_to_read,)
+RULES = (documents_are_easy_to_read, code_is_easy_to_read)
 
 if __name__ == "__main__":
     main()
