@@ -6,44 +6,44 @@ Kernels read no file, print nothing and validate nothing.
     model        declaration of a model
     models/      one file per published model
     metrics/     recorded frames -> numbers
-    flight       one trial under way, from its start to its numbers
-    inspection   what a trial under way shows
-    layers       which layers a trial may have, and what is compiled for them
-    registry     entries by name, built-in and of installed packages
-    catalogue    the entries that names in specs stand for
-    identity     the code that the numbers of a trial come from
-    stamps       the code of a function and of all that it uses, as a hash
-    jit          how kernels are compiled
-    caching      where compiled kernels are kept
+    flight       one running trial, from the initial condition to the metrics
+    inspection   observation of a running trial, without a change of the trial
+    layers       optional layers of a trial, and models compiled for the layers
+    registry     built-in entries and entries of installed packages, by name
+    catalogue    the entries that specs name
+    identity     the code that computes the results of a trial
+    stamps       hashes of the code of a function and of all definitions it uses
+    jit          compilation of kernels
+    caching      storage of compiled kernels
     goals        several goals in turn
-    lanes/       kernels for eight trials at once (SIMD)
-    state        Flock, World: the values that enter kernels
-    workspace    all that a model works with besides flock, world and parameters
+    lanes/       vectorised kernels: eight trials at once (SIMD)
+    state        Flock, World: the inputs of kernels
+    workspace    further inputs of a model: grids, states and layers
     fours        four numbers side by side
-    indices      unsigned indices, and marks read a word at a time
+    indices      unsigned indices, and marks that are read 64 at a time
     near         storage for the neighbours of one boid
-    neighbours   search of neighbours by range and field of view
-    topology     choice of neighbours among the boids in sight
-    torus        distances on a torus
-    fetching     memory that is prefetched
-    chance       random numbers by address: a hash of a key and of their purpose
-    arbitration  how forces share one acceleration
-    angles       cosine and sine by arithmetic alone, for angles up to half a turn
-    elementary   all such functions by arithmetic alone, rounded to the nearest number
-    elementary_tables  the numbers that these functions look up
-    device/      trials advanced on a GPU, one per thread
-    generator    random numbers of NumPy in integers, where there is no NumPy
+    neighbours   neighbour search by range and field of view
+    topology     choice of neighbours among the perceived boids
+    torus        distances with periodic boundaries
+    fetching     memory requests ahead of use
+    chance       random numbers by address: a hash of a key and of the purpose
+    arbitration  combination of forces into one acceleration
+    angles       cosine and sine from arithmetic alone, for angles up to half a turn
+    elementary   elementary functions from arithmetic alone
+    elementary_tables  tables of the elementary functions
+    device/      trials on a GPU, one per thread
+    generator    random numbers of NumPy's generator where NumPy is missing
     rules/       social, steering, headings, avoidance, obstacles, borders
-    robots/      sensing, actuation, failures and wind: boids as robots
+    robots/      sensing, actuation, failures and wind
     shapes       shapes of obstacles
-    polygons     obstacles of any shape: nearest points, insides, what is behind them
+    polygons     obstacles of any shape: nearest points, inside tests, occlusion
     moving       obstacles that move
     worlds       maps -> World
     arenas       maps for small robots, in metres
-    occupancy    grids on which robots look for obstacles
-    starts       initial flocks
+    occupancy    grids on which a model looks for obstacles
+    starts       initial conditions
     recording    frames of a trial
-    events       events that are counted during a trial
+    events       counts of events during a trial
     groups       connected components of positions
     coverage     visited pixels
 """

@@ -1,7 +1,7 @@
-"""Cosine and sine by arithmetic alone.
+"""Cosine and sine from arithmetic alone.
 
-A mathematics library is free in how it rounds cosines, so their last bits differ
-between systems. IEEE 754 defines the result of each addition and multiplication.
+Mathematics libraries round cosines in different ways, so the last bits of cosines
+differ between systems. IEEE 754 defines the result of each addition and multiplication.
 """
 
 import math
@@ -12,16 +12,17 @@ COSINE = tuple((-1) ** k / math.factorial(2 * k) for k in range(13))
 SINE = tuple((-1) ** k / math.factorial(2 * k + 1) for k in range(13))
 """Coefficients of the Taylor series, in powers of the square of the angle."""
 BEYOND_PI = 1.2246467991473532e-16
-"""What pi is more than the double `math.pi`, to 17 digits."""
+"""Difference of pi and the double `math.pi`, to 17 digits."""
 
 
 @jit
 def cosine_sine(angle: float) -> tuple[float, float]:
     """Return the cosine and the sine of an angle from -pi to pi, radians.
 
-    Beyond a quarter of a turn the series takes the angle that is left to half a turn,
-    so it is summed up to pi / 2 only. Its remainder there is below 1e-21. Both numbers
-    are within 3e-16 of the exact values: the rounding of the sums.
+    Beyond a quarter of a turn, the series takes the angle that is left to half a turn,
+    so the argument of the series is at most pi / 2. The remainder of the series is
+    below 1e-21. The cosine and the sine are within 3e-16 of the exact values; the
+    rounding of the sums causes this error.
     """
     size = abs(angle)
     beyond = size > 0.5 * math.pi

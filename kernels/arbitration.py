@@ -1,7 +1,7 @@
-"""Shares of forces in one acceleration.
+"""Combination of forces into one acceleration.
 
-The code has no branches: which force exceeds its limit is random, so the processor
-would mispredict them.
+The code has no branches. The force that exceeds a limit is random, so the processor
+would mispredict branches.
 """
 
 import math
@@ -13,7 +13,7 @@ TINY = 1e-300
 
 @jit
 def limit(x: float, y: float, most: float) -> tuple[float, float]:
-    """Return the vector (x, y), scaled to length `most` if it is longer.
+    """Return the vector (x, y), with its length limited to `most`.
 
     Source: Eq. (9) of nguyen2024.
 
@@ -65,8 +65,8 @@ def serve(
 ) -> tuple[float, float, float]:
     """Add the part of a force that fits in `budget` to an acceleration.
 
-    A force that fits is added whole. A longer force is cut to the budget, and nothing
-    is left for later forces. Source: section 2 of aziel_chen2025.
+    A force within the budget is added in full. A longer force is cut to the budget and
+    uses up the budget. Source: section 2 of aziel_chen2025.
 
     Parameters
     ----------
@@ -75,12 +75,12 @@ def serve(
     x, y : float
         Components of the force.
     budget : float
-        Length that is left for this force and later ones.
+        Length that is left for this force and for later forces.
 
     Returns
     -------
     tuple of float
-        Both components of the new acceleration, and the budget that is left.
+        Components of the new acceleration, and the budget that is left.
     """
     length = math.sqrt(x * x + y * y)
     scale = budget / max(length, TINY)
@@ -113,7 +113,7 @@ def limit_components(x: float, y: float, most: float) -> tuple[float, float]:
 def add_in_turn(
     ax: float, ay: float, x: float, y: float, has_room: bool, most: float
 ) -> tuple[float, float, bool]:
-    """Add a term to an acceleration if there is still room for it.
+    """Add a term to an acceleration if there is still room.
 
     There is no room once the sum is longer than `most`. Source: Algorithm 9 of
     rustamani2024.
@@ -132,7 +132,7 @@ def add_in_turn(
     Returns
     -------
     tuple
-        Both components of the new acceleration, and whether there is still room.
+        Components of the new acceleration, and whether there is still room.
     """
     ax = ax + x if has_room else ax
     ay = ay + y if has_room else ay

@@ -1,7 +1,7 @@
 """Arenas for small robots, in metres.
 
-Each function returns obstacles as `kernels.worlds` describes them, which enters the
-functions in MAPS.
+Each function returns obstacles in the format of `kernels.worlds`. MAPS of that module
+has these functions.
 """
 
 import numpy as np
@@ -12,13 +12,13 @@ from kernels.settings import WorldSettings
 Obstacles = NDArray[np.float64]
 
 HALF = 0.1
-"""Half the thickness of a wall."""
+"""Half of the thickness of a wall."""
 
 
 def arena(_settings: WorldSettings, _rng: np.random.Generator) -> Obstacles:
     """Return no obstacles.
 
-    Robots with an occupancy grid learn from the grid where the border is.
+    Robots with an occupancy grid detect the border through the grid.
     """
     return np.empty((0, 5))
 
@@ -31,7 +31,7 @@ def arena_two_obstacles(
 
 
 def maze(_settings: WorldSettings, _rng: np.random.Generator) -> Obstacles:
-    """Return walls that stand alternately across the way from (1, 1) to (9, 9).
+    """Return walls that alternately block the path from (1, 1) to (9, 9).
 
     The passages are 0.9 to 1.8 m wide.
     """

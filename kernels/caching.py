@@ -1,16 +1,16 @@
-"""Cache of compiled kernels, and the rule by which a cached kernel is still valid.
+"""Cache of compiled kernels, and the rule that decides whether an entry is valid.
 
-numba's own check looks at the file of a function, and not at the functions that it
-calls in other files (numba issue 1833). Here the stamp of a function decides, which
-covers them too: an edit compiles again what it concerns, and nothing else. Functions of
-equal stamps share what is compiled, in whatever folder their sources are.
+The check of numba looks at the file of a function and ignores the called functions in
+other files (numba issue 1833). Here the stamp of a function decides, which covers
+called functions too. An edit causes the compilation of the affected functions only.
+Functions with equal stamps share compiled code, whatever the folder of the sources.
 
-Old entries are removed when nobody has loaded them for a month.
+Entries that no process has loaded for a month are removed.
 
-A process that compiles nothing begins quickly: it imports nothing with which numba
-compiles, and takes no source apart. A note in the same folder has the stamp of each
-built-in function. The name of a note has a hash of all sources of the package, so that
-a note of other sources is never read.
+A process that compiles nothing starts quickly: the process neither imports the compiler
+of numba nor parses sources. Notes in the folder of the cache hold the stamp of each
+built-in function. The name of a note has a hash of all sources of the package, so notes
+of other sources are never read.
 """
 
 import glob
@@ -49,7 +49,7 @@ from kernels.stamps import (
 
 
 def usual_folder() -> Path:
-    """Return the folder of compiled kernels that the environment names."""
+    """Return the folder of compiled kernels from the environment."""
     home = Path(
         os.environ.get("NUMBA_CACHE_DIR")
         or os.environ.get("XDG_CACHE_HOME")
@@ -63,16 +63,16 @@ FOLDER = usual_folder()
 NOT_KEPT: dict[str, str] = {}
 """Reasons why compiled code could not be kept, by folder."""
 OURS: WeakSet[Callable[..., Any]] = WeakSet()
-"""Functions that `kernels.jit` compiles, in any package, and those of kernels.fours."""
+"""Functions that `kernels.jit` compiles, and functions of kernels.fours."""
 MADE_OF: WeakKeyDictionary[Callable[..., Any], Callable[..., Any]] = WeakKeyDictionary()
-"""Original functions of functions that are made for lanes."""
+"""Original functions of the functions that are generated for lanes."""
 MAKERS = "lanes/", "device/", "jit.py"
-"""Beginnings of the names of files that make functions of others."""
+"""Beginnings of the names of files that generate functions from functions."""
 OUR_PACKAGE = __name__.partition(".")[0]
 DAY = 86_400.0
 UNUSED_DAYS = 30
 CONFIG: Any = config
-"""numba's settings, which it declares at run time."""
+"""Settings of numba, which numba declares at run time."""
 USUAL_OPT = 3
 """Optimization level of numba by default."""
 STAMP_DIGITS = 64
@@ -83,10 +83,10 @@ TUPLES = (types.Tuple, types.UniTuple, types.NamedTuple, types.NamedUniTuple)
 
 
 class ByStamp(_CacheLocator):
-    """Tells numba the location of a function of the project.
+    """Location of a function of the project in the cache of numba.
 
-    Its stamp is computed when the function is called: most functions are only parts of
-    others, and are never loaded.
+    The stamp is computed when the function is called. Most functions are only parts of
+    larger functions and are never loaded.
     """
 
     def __init__(self, function: Callable[..., Any]) -> None:
@@ -100,7 +100,7 @@ class ByStamp(_CacheLocator):
 
     @cached_property
     def stamp(self) -> str:
-        """The stamp of the function as it was when it was imported."""
+        """Stamp of the function at the time of its import."""
         return _stamp(self.function)
 
     def get_cache_path(self) -> str:
@@ -108,24 +108,24 @@ class ByStamp(_CacheLocator):
         return str(FOLDER)
 
     def ensure_cache_path(self) -> None:
-        """Do nothing: `ByClasses.save` makes the folder if it can."""
+        """Do nothing: `ByClasses.save` makes the folder."""
 
     def get_source_stamp(self) -> str:
         """Return "": `ByClasses` asks for the stamp."""
         return ""  # `ByClasses` asks for the stamp
 
     def get_disambiguator(self) -> str:
-        # What is compiled names classes by their modules: those of another package,
-        # which may be gone, must not be met.
+        # Compiled code names classes by their modules. A module of another package
+        # may be missing and must not be imported.
         """Return the package and the code of the function."""
         return f"{self.package}-{self.code}"
 
 
 class OfOurs(CompileResultCacheImpl):
-    """Answers to numba's cache about a function of the project.
+    """Interface between the cache of numba and a function of the project.
 
-    Its location is the one of `ByStamp`: numba would look it up in its settings, which
-    change with the environment.
+    `ByStamp` gives the location. The settings of numba, which change with the
+    environment, play no part.
     """
 
     def __init__(self, function: Callable[..., Any]) -> None:
@@ -136,10 +136,11 @@ class OfOurs(CompileResultCacheImpl):
         self._filename_base = numbas.get_filename_base(name, sys.abiflags)
 
     def check_cachable(self, result: Any) -> bool:
-        """Return whether compiled code means the same in another process.
+        """Return whether compiled code is valid in another process.
 
-        It does not if it has addresses: of a table of over a megabyte, of which numba
-        warns, and without optimization, of the functions that it calls.
+        Compiled code with addresses is not valid there. Code has addresses of tables of
+        over a megabyte, about which numba warns. Without optimization, code also has
+        addresses of the called functions.
         """
         numbas: Any = super()
         if CONFIG.OPT > 0:
@@ -164,7 +165,7 @@ def _stamp(function: Callable[..., Any]) -> str:
 
 
 def stamp_of_made(*functions: Callable[..., Any]) -> str:
-    """Return the hash that decides whether code made of functions is valid."""
+    """Return the hash that decides whether code generated from functions is valid."""
     plain = [getattr(function, "py_func", function) for function in functions]
     stamps = " ".join([*map(noted_stamp, plain), _makers()])
     return hashlib.sha256(stamps.encode()).hexdigest()
@@ -172,7 +173,7 @@ def stamp_of_made(*functions: Callable[..., Any]) -> str:
 
 @cache
 def _makers() -> str:
-    """Return the stamp of the files that make functions of others."""
+    """Return the stamp of the files that generate functions from functions."""
     return noted(
         "makers",
         lambda: stamp_of_texts(
@@ -186,7 +187,7 @@ def _makers() -> str:
 def noted_stamp(function: Callable[..., Any]) -> str:
     """Return `kernels.stamps.code_stamp` of a function.
 
-    The stamp of a built-in function is noted.
+    A note keeps the stamp of a built-in function.
     """
     if function.__module__.partition(".")[0] != OUR_PACKAGE:
         return code_stamp(function)
@@ -195,10 +196,10 @@ def noted_stamp(function: Callable[..., Any]) -> str:
 
 
 def noted(subject: str, find: Callable[[], str]) -> str:
-    """Return a sha256, in hexadecimal, that follows from the sources of the package.
+    """Return a sha256 (hexadecimal) that follows from the sources of the package.
 
-    The sources are as this process has read them. `find` computes the hash of `subject`
-    once, and the hash is noted.
+    The sources are the texts that this process has read. `find` computes the hash of
+    `subject` once, and a note keeps the hash.
     """
     of_sources = f"{text_hash(OUR_PACKAGE)} {subject}"
     key = hashlib.sha256(of_sources.encode()).hexdigest()[:32]
@@ -216,10 +217,10 @@ def _stamp_note(key: str, stamp: str) -> Path:
 
 @cache
 def _noted_stamps() -> dict[str, str]:
-    """Return the stamps that are noted in the folder, by their keys.
+    """Return the stamps of the notes in the folder, by key.
 
-    Everything is in the names of the notes, which are empty: so a note is either
-    complete or absent.
+    The name of a note holds the key and the stamp, and the file is empty. So a note is
+    either complete or absent.
     """
     stamps = {}
     for note in FOLDER.glob("*.stamp"):
@@ -230,14 +231,14 @@ def _noted_stamps() -> dict[str, str]:
 
 
 class ByClasses:
-    """Files of a function in numba's cache: one per set of classes of its arguments.
+    """Files of a function in the cache of numba: one per set of argument classes.
 
-    The index in such a file names the classes, and is loaded as a whole. A custom model
-    may call built-in functions with its own parameters, and a later version of the
-    package with classes that this one lacks: classes that cannot be imported must not
-    be met.
+    The index in a file names the classes, and numba loads the whole index. A class that
+    cannot be imported would make the load fail. A custom model may call built-in
+    functions with its own parameters. A later version of the package may have classes
+    that this version lacks. So each set of classes has its own file.
 
-    Functions that only kernels can call, `within` them, are kept apart from functions
+    Functions `within` kernels, which only kernels call, are stored apart from functions
     that Python calls.
     """
 
@@ -264,18 +265,18 @@ class ByClasses:
         return f"{begin}{self._cache._impl.filename_base}-{self._stamp[:16]}"
 
     def _load_overload(self, signature: Any, context: Any) -> Any:
-        """Do the same as numba's `load_overload`, but for `context.refresh`.
+        """Load compiled code without the `context.refresh` of numba's `load_overload`.
 
-        The refresh imports all with which numba could compile, and scipy, in 0.3 s, and
-        numba also calls it before it compiles. Built-in kernels need none of it to be
-        loaded; custom ones may call what it brings.
+        The refresh imports the compiler of numba and scipy in 0.3 s. numba also
+        refreshes before each compilation. Built-in kernels load without the refresh;
+        custom kernels may need the imported modules.
         """
         rtsys.initialize(context)
         with self._cache._guard_against_spurious_io_errors():
             return self._cache._load_overload(signature, context)
 
     def load(self, key: Any) -> Any:
-        """Return the compiled code for a key; None if there is none.
+        """Return the compiled code for a key; None if the cache has no entry.
 
         The key begins with the types of the arguments.
         """
@@ -286,9 +287,10 @@ class ByClasses:
         return compiled
 
     def save(self, key: Any, data: Any) -> None:
-        """Keep the compiled code for a key, and remove unused entries once per process.
+        """Store compiled code for a key, and remove unused entries once per process.
 
-        Code that cannot be written is used nevertheless, and NOT_KEPT has the reason.
+        The process uses code that cannot be written, too, and NOT_KEPT records the
+        reason.
 
         Parameters
         ----------
@@ -317,7 +319,7 @@ class ByClasses:
     def _loaded(self) -> list[str]:
         """Return the modules of the function's package.
 
-        Compiled code holds their numbers.
+        Compiled code contains the numbers of these modules.
         """
         start = f"{self._package}."
         return [
@@ -346,7 +348,8 @@ class ByClasses:
 def _unusual() -> Iterator[str]:
     """Return the settings of numba that the user has changed.
 
-    They change what is compiled, and numba's own index does not name them.
+    These settings change compiled code, and the index of numba does not record the
+    settings.
     """
     if CONFIG.OPT != USUAL_OPT:
         yield f"opt{int(CONFIG.OPT)}-"
@@ -363,16 +366,16 @@ def note_alone(function: Callable[..., Any]) -> None:
 
 
 def _note(place: Path) -> None:
-    with suppress(OSError):  # without the note others find the same out again
+    with suppress(OSError):  # without the note, later processes try again
         place.parent.mkdir(parents=True, exist_ok=True)
         place.touch()
 
 
 def is_noted_alone(function: Callable[..., Any]) -> bool:
-    """Return whether a note tells that a function cannot be compiled for lanes."""
+    """Return whether a note states that a function cannot be compiled for lanes."""
     try:
         return _note_of(function).exists()
-    except OSError:  # a folder that nobody may look into
+    except OSError:  # a folder that cannot be read
         return False
 
 
@@ -386,8 +389,8 @@ def is_kept(
 ) -> bool:
     """Return whether the compiled code of a function of the project is cached.
 
-    The arguments have any types, or these `classes`. It is True where functions are not
-    compiled, with NUMBA_DISABLE_JIT=1.
+    The arguments have any types, or the given `classes`. The result is True if
+    functions are not compiled, with NUMBA_DISABLE_JIT=1.
     """
     cached = getattr(function, "_cache", None)
     if cached is None:
@@ -397,9 +400,9 @@ def is_kept(
 
 
 def kept(name: str, make: Callable[[], bytes]) -> bytes:
-    """Return the content of a file in FOLDER, made and kept if there is none.
+    """Return the content of a file in FOLDER; make and store a missing file.
 
-    `make` makes the content. The name must follow from all that the content depends on.
+    `make` makes the content. The name must depend on every input of the content.
     """
     place = FOLDER / name
     with suppress(OSError):
@@ -407,7 +410,7 @@ def kept(name: str, make: Callable[[], bytes]) -> bytes:
         note_use(place)
         return content
     content = make()
-    with suppress(OSError):  # without it others make the same again
+    with suppress(OSError):  # without the file, later processes make the content again
         FOLDER.mkdir(parents=True, exist_ok=True)
         beside = FOLDER / f"{name}.tmp.{os.getpid():x}"
         beside.write_bytes(content)
@@ -417,20 +420,20 @@ def kept(name: str, make: Callable[[], bytes]) -> bytes:
 
 
 def note_use(index: Path) -> None:
-    """Note that an entry of the cache is used now, by the time of its index.
+    """Set the time of the index of a cache entry to the present time.
 
-    The time is written at most once per day, so that reading seldom writes.
+    The time is written at most once per day, so most loads write nothing.
     """
-    with suppress(OSError):  # removed meanwhile, or not ours to write
+    with suppress(OSError):  # removed meanwhile, or not writable
         if time.time() - index.stat().st_mtime > DAY:
             os.utime(index)
 
 
 @cache
 def remove_unused(folder: Path) -> None:
-    """Remove the entries of a cache that nobody has used for UNUSED_DAYS.
+    """Remove the entries of a cache that no process has used for UNUSED_DAYS.
 
-    A process that is about to load one compiles it again.
+    A process that is about to load a removed entry compiles the function again.
     """
     entries = defaultdict[str, list[Path]](list)
     for file in folder.iterdir():
@@ -447,9 +450,8 @@ def _entry(file: str) -> str:
     """Return the entry to which a file of the cache belongs; "" for other files.
 
     An entry has an index `NAME.nbi`, data `NAME.1.nbc`, and remains of an ended
-    process, `NAME.nbi.tmp.0f`. Code that is compiled for a GPU, `NAME.ptx` and
-    `NAME.cubin`, and a note, `NAME.alone`, `NAME.promises` or `NAME.stamp`, are entries
-    too.
+    process, `NAME.nbi.tmp.0f`. Compiled code for a GPU (`NAME.ptx`, `NAME.cubin`) and
+    notes (`NAME.alone`, `NAME.promises`, `NAME.stamp`) are entries too.
     """
     name = Path(file.partition(".tmp.")[0])
     if name.suffix == ".nbc":
@@ -458,7 +460,7 @@ def _entry(file: str) -> str:
 
 
 def _of_code(code: CodeType) -> str:
-    """Return a short hash of the code of a function: several may have one name."""
+    """Return a short hash of the code of a function, since names may repeat."""
     content = list[str]()
     waiting = [code]
     while waiting:
@@ -471,7 +473,7 @@ def _of_code(code: CodeType) -> str:
 
 
 def _classes(arguments: Iterable[Any]) -> Iterator[type[Any]]:
-    """Yield the classes of named tuples among types of arguments, and within them."""
+    """Yield the classes of named tuples among argument types, at any depth."""
     for argument in arguments:
         if isinstance(argument, types.NamedTuple | types.NamedUniTuple):
             yield argument.instance_class

@@ -1,7 +1,7 @@
 """Models, metrics, maps and starts that a study may name.
 
-Most studies name built-in entries, and entries of installed packages: BUILT_IN. A study
-with files of its own has a catalogue with their entries too.
+Most studies name built-in entries and entries of installed packages: BUILT_IN. The
+catalogue of a study with custom files also has the entries of these files.
 """
 
 from collections.abc import Mapping
@@ -18,8 +18,8 @@ from kernels.worlds import MAPS, Map
 class Catalogue:
     """Entries of each kind by name.
 
-    Two catalogues are equal if they are one object, also after they were sent to
-    another process.
+    Two catalogues are equal if they are one object, also after a transfer to another
+    process.
     """
 
     models: Mapping[str, Model]
@@ -33,9 +33,9 @@ class Catalogue:
         return ()
 
     def written(self, _kind: str, name: str, /) -> str:
-        """Return the text by which a spec names an entry.
+        """Return the string by which a spec names an entry.
 
-        The text is the name of a built-in entry, or the file or module that has a
+        The string is the name of a built-in entry, or the file or module that has a
         custom entry.
 
         Parameters

@@ -1,13 +1,14 @@
 """Random numbers by address, and normal numbers of an address or of any generator.
 
-A random number is a hash of a key and of its purpose, so it does not depend on how many
-numbers were drawn before.
+A random number is a hash of a key and of the purpose, so the number of earlier draws
+has no effect.
 
 The generator is Philox4x32-10: J. K. Salmon, M. A. Moraes, R. O. Dror, D. E. Shaw
 (2011), Parallel random numbers: as easy as 1, 2, 3, SC'11. Normal numbers come from the
 inverse of their distribution: M. J. Wichura (1988), Algorithm AS 241: the percentage
-points of the normal distribution, Applied Statistics 37, 477-484 (PPND16). They are
-bitwise identical everywhere; `Generator.normal` of NumPy calls functions of the system.
+points of the normal distribution, Applied Statistics 37, 477-484 (PPND16). Normal
+numbers are bitwise identical on all systems; `Generator.normal` of NumPy calls
+functions of the system.
 """
 
 import math
@@ -24,16 +25,20 @@ LOW = np.uint64(2**32 - 1)
 HALF = np.uint64(32)
 FACTORS = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
 STEPS = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
-"""By which the two words of the key grow from round to round."""
+"""Increments of the two words of the key from round to round."""
 DROPPED = np.uint64(5), np.uint64(6)
-"""Of two words of 32 bits, 27 and 26 bits make the 53 of a number."""
+"""Numbers of low bits that are dropped from two words of 32 bits.
+
+The remaining 27 and 26 bits make the 53 bits of a number.
+
+"""
 UNIT, UPPER = 2.0**-53, 2.0**26
 BELOW_1 = 1.0 - UNIT
 CENTRE, TAIL = 0.425, 5.0
 
 
 class ChanceKey(NamedTuple):
-    """Two integers in [0, 2^32) that tell trials apart."""
+    """Two integers in [0, 2^32) that identify a trial."""
 
     first: int
     second: int
@@ -69,9 +74,10 @@ def words(key: ChanceKey, a: int, b: int, c: int, d: int) -> tuple[Any, Any, Any
 
 @jit
 def uniform(one: Any, other: Any) -> float:
-    """Return the number in (0, 1) that two random words stand for.
+    """Return the number in (0, 1) that two random words represent.
 
-    It is the middle of one of 2^53 parts of equal length, rounded to a double below 1.
+    The number is the middle of one of 2^53 parts of equal length, rounded to a double
+    below 1.
     """
     high, low = one >> DROPPED[0], other >> DROPPED[1]
     return min((float(high) * UPPER + float(low) + 0.5) * UNIT, BELOW_1)
@@ -119,10 +125,10 @@ def normals(key: ChanceKey, a: int, b: int, c: int, d: int) -> tuple[float, floa
 def normal(rng: Generator) -> float:
     """Return a standard normal number that `rng` draws.
 
-    The next uniform number of the generator lies in one of 2^53 parts of (0, 1) of
-    equal length. The normal number is the quantile of the middle of this part. The
-    computation is exact until the quantile: the distance of such a middle from 1/2, and
-    from the nearer end, has 53 bits at most. So the distribution is symmetric, and its
+    The next uniform number of the generator is in one of 2^53 parts of (0, 1) of equal
+    length. The normal number is the quantile of the middle of this part. The
+    computation is exact until the quantile: the distance of the middle from 1/2, and
+    from the nearer end, has at most 53 bits. So the distribution is symmetric, and the
     largest number is 8.29.
     """
     q = (rng.random() - 0.5) + 0.5 * UNIT

@@ -1,7 +1,7 @@
 """Visited pixels.
 
-A pixel is a point (column, row) of the world, integers in units of the side of a pixel;
-it is traversable outside all obstacles.
+A pixel is a point (column, row) of the world, with integers in units of the side of a
+pixel. A pixel outside all obstacles is traversable.
 """
 
 import math
@@ -18,24 +18,26 @@ from kernels.worlds import Reach, inside_any
 BLOCKED, N_SUMS = -(2**30), 3
 """First visit count of pixels in obstacles, and number of sums.
 
-Counts in obstacles always stay negative, so no second array has to mark obstacles.
+Counts in obstacles always stay negative, so no second array is needed to mark
+obstacles.
 """
 BAND = 64
 """Rows of pixels per band of a thread.
 
-Few footprints lie in two bands, and a gathered flock lies in more than one.
+Few footprints are in two bands, and a gathered flock covers more than one band.
 """
 
 
 class Coverage(NamedTuple):
     """Visit counts and their running sums.
 
-    `visits` (rows * columns,) counts footprints, row after row, and is negative in
-    obstacles; `traversable` is the number of pixels outside obstacles, `per_length` the
-    number of pixels per length. `stamp` (P,) holds the P pixels of a footprint
-    truncated to integers, counted from the corner of its square; it is empty where
-    footprints are discs about the true position. `sums` (3,) holds the number of pixels
-    visited, the sum and the sum of squares of the visit counts.
+    `visits` (rows * columns,) counts footprints, row by row, and is negative in
+    obstacles. `traversable` is the number of pixels outside obstacles, and `per_length`
+    the number of pixels per unit of length. `stamp` (P,) holds the P pixels of a
+    footprint about a position truncated to integers, counted from the corner of the
+    square of the footprint. `stamp` is empty if footprints are discs about the true
+    position. `sums` (3,) holds the number of visited pixels, the sum and the sum of
+    squares of the visit counts.
     """
 
     visits: NDArray[np.int32]
@@ -119,7 +121,7 @@ def no_coverage() -> Coverage:
 
 
 def unvisited(coverage: Coverage) -> Coverage:
-    """Return a Coverage of the same pixels with arrays of its own.
+    """Return a Coverage of the same pixels with separate arrays.
 
     `coverage` must have no visits.
     """
@@ -143,7 +145,7 @@ def block(
     columns: int,
     pixel: float,
 ) -> None:
-    """Mark the pixels of `visits` that lie in an obstacle.
+    """Mark the pixels of `visits` in obstacles.
 
     Parameters
     ----------
@@ -168,8 +170,8 @@ def block(
 def mark(coverage: Coverage, x: float, y: float) -> None:
     """Count a visit of the footprint about (x, y).
 
-    The footprint has the pixels within `radius` of the position, or of the pixel it
-    lies in. Pixels outside the world or in obstacles do not count. Source: section 3.2
+    The footprint has the pixels within `radius` of the position, or of the pixel of the
+    position. Pixels outside the world or in obstacles do not count. Source: section 3.2
     of aziel_chen2025.
 
     Parameters
@@ -218,7 +220,7 @@ def mark_share(coverage: Coverage, x: float, y: float, rank: int, size: int) -> 
 def _is_of(row: int, rank: int, size: int) -> bool:
     """Return whether a row of pixels belongs to the `rank`-th of `size` threads.
 
-    Threads have bands of BAND rows in turn.
+    Bands of BAND rows belong to the threads in turn.
     """
     return row // BAND % size == rank
 
@@ -227,7 +229,7 @@ def _is_of(row: int, rank: int, size: int) -> bool:
 def _mark_stamp(coverage: Coverage, corner: np.uint32, rank: int, size: int) -> None:
     """Count the stamp whose square has its first pixel at `corner`.
 
-    The whole square lies in the world.
+    The whole square is in the world.
     """
     new, visits, total = 0, 0, 0
     for k in range(coverage.stamp.size):
@@ -244,9 +246,9 @@ def _mark_stamp(coverage: Coverage, corner: np.uint32, rank: int, size: int) -> 
 
 @jit
 def _mark_clipped(coverage: Coverage, x: float, y: float, rank: int, size: int) -> None:
-    """Count the part of the footprint about (x, y) that lies in the world.
+    """Count the part of the footprint about (x, y) that is in the world.
 
-    A footprint with a stamp is about the point truncated to integers.
+    The centre of a footprint with a stamp is the point truncated to integers.
     """
     radius = coverage.radius
     if coverage.stamp.size > 0:
@@ -275,8 +277,8 @@ def _mark_clipped(coverage: Coverage, x: float, y: float, rank: int, size: int) 
 def _add(coverage: Coverage, new: int, visits: int, total: int) -> None:
     """Add one more visit of each of some pixels to the sums.
 
-    `visits` pixels had `total` visits together, and `new` of them none. The square of a
-    count grows by 2 count + 1.
+    The `visits` pixels had `total` visits together, and `new` of the pixels had no
+    visit. The square of a count grows by 2 count + 1.
     """
     coverage.sums[0] += new
     coverage.sums[1] += visits

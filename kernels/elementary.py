@@ -1,18 +1,19 @@
-"""Elementary functions by arithmetic alone.
+"""Elementary functions from arithmetic alone.
 
-They are sine, cosine, arctangent, exponential, logarithm and power.
+The functions are sine, cosine, arctangent, exponential, logarithm and power.
 
-A mathematics library is free in how it rounds, so the last bits of its results differ
+Mathematics libraries round in different ways, so the last bits of results differ
 between systems, and on a GPU. IEEE 754 defines the result of each addition,
-multiplication and division. So these functions are bitwise identical wherever kernels
-run, in the interpreter too, as long as nobody fuses a multiplication with an addition.
+multiplication and division. So these functions are bitwise identical in compiled
+kernels on all systems and in the interpreter. The condition is that no compiler fuses a
+multiplication with an addition.
 
 The error of each result is below BOUND units in the last place (ulp) of the exact
-value, and the result is nearly always the double next to this value. All functions work
-in the same way. The argument is brought near to an entry of a table; the function of
-the remainder is a short polynomial; and the result is kept until the very end as the
-sum of two numbers, of which the second holds the rounding of the first. Exponentials
-and powers are what models compute most, and have a larger error: BOUND_OF_EXP.
+value, and the result is nearly always the double next to this value. All functions use
+one method. A table entry near the argument leaves a small remainder. The function of
+the remainder is a short polynomial. The result is the sum of two numbers until the end;
+the second number holds the rounding of the first. Models compute exponentials and
+powers most often, and their error is larger: BOUND_OF_EXP.
 
 Sources: P. T. P. Tang (1989), Table-driven implementation of the exponential function
 in IEEE floating-point arithmetic, ACM TOMS 15, 144-157, and (1990) of the logarithm
@@ -51,47 +52,48 @@ from kernels.state import Floats
 BOUND, BOUND_OF_EXP, BOUND_OF_LEAST = 0.501, 0.51, 0.76
 """Bounds of errors, in units in the last place.
 
-The second is for `exp` and `power`, the third for results of these that are too small
-to have all of their bits.
+The second bound is for `exp` and `power`. The third bound is for subnormal results of
+`exp` and `power`, which have fewer bits.
 """
 MOST_ANGLE = 2.0**20
 """Largest angle with a sine and a cosine, in radians.
 
-A quarter of a turn is known to 152 bits, which are enough up to here.
+The constants hold a quarter of a turn to 152 bits, which suffice up to this angle.
 """
 SPLITTER = 2.0**27 + 1.0
 SHIFT = 1.5 * 2.0**52
 """Number whose neighbouring doubles are integers.
 
-Adding it rounds to an integer, whose bits then are the last ones of the sum.
+Adding this number rounds to an integer, and the last bits of the sum are the bits of
+the integer.
 """
 SHIFT_BITS = 0x4338000000000000
 SHIFT_22 = 1.5 * 2.0**30
-"""Adding it rounds to multiples of 2^-22."""
+"""Number whose addition rounds to multiples of 2^-22."""
 EXP_PARTS, SINE_PARTS, ATAN_PARTS, LOG_PARTS = 128, 64.0, 128.0, 256.0
 FIRST_LOG = 181
 PER_EXP_STEP, PER_HALF_PI = EXP_PARTS / (LN2[0] + LN2[1]), 2.0 / math.pi
 ROOT_HALF_BITS, EXPONENT, BIAS = 0x3FE6A09E667F3BCD, 52, 1023
-"""The bits of the square root of 1/2, and where those of the exponent begin."""
+"""Bits of the square root of 1/2, position of the exponent, and its bias."""
 LEAST_WITH_ALL_BITS, LIFTED = 2.0**-1022, 64.0
 LIFT = 2.0**LIFTED
 EXP_ENTRY = EXP_HIGH + EXP_LOW
 EXP_REST = ((EXP_HIGH - EXP_ENTRY) + EXP_LOW) / EXP_ENTRY
-"""The doubles next to powers of 2, and the relative error of each."""
+"""Relative errors of the doubles next to powers of 2."""
 LOG_FACTORS, LOGS, LOG_RESTS = (
     np.concatenate([np.zeros(FIRST_LOG), one]) for one in (FACTOR, LOG_HIGH, LOG_LOW)
 )
-"""Tables from the index 0 on: compilers then see that no index is negative."""
+"""Tables from index 0 on, so that compilers see that no index is negative."""
 MOST_EXP, LEAST_EXP = 710.0, -746.0
-"""Beyond these the exponential is infinite and zero."""
+"""Arguments beyond which the exponential is infinite and zero."""
 LEAST_NORMAL, MOST_EXPONENT = -1022, 1023
 """The least and the largest exponent of numbers with all of their bits."""
 EIGHTH = 0.25 * math.pi
 """An eighth of a turn."""
 FLAT = 2.0**-60
-"""Below it the arctangent is the number itself."""
+"""Number below which the arctangent equals its argument."""
 MOST_POWER = 2.0**65
-"""Any power beyond is 0, 1 or infinite."""
+"""Exponent beyond which any power is 0, 1 or infinite."""
 
 
 @jit
@@ -108,9 +110,9 @@ def number_of(bits: Any) -> float:
 
 @jit
 def entry_of(table: Floats, k: int) -> float:
-    """Return the entry `k` of a table, an index that is always in range.
+    """Return entry `k` of a table; `k` is always in range.
 
-    Lanes compute such an index even where a single trial does not need it.
+    Vectorised batches compute the index even if a single trial does not need the entry.
     """
     return float(table[k])
 
@@ -151,14 +153,14 @@ def _exp(x: float, rest: float) -> float:
     """Return exp(x + rest), where |rest| < 2^-15, without a branch.
 
     The result is an entry a of a table, times a power of 2, times 1 + b, where |b| <
-    2^-8. So the rounding before the last sum is below 2^-7 units of the result. One
-    half of the power of 2 is added to the bits of the entry, and the other one is a
-    factor, so that the result may be next to the least or the largest number.
+    2^-8. So the rounding before the last sum is below 2^-7 units of the result. Half of
+    the power of 2 is added to the bits of the entry, and the second half is a factor.
+    So results next to the least and the largest number are possible.
     """
     x = MOST_EXP if x > MOST_EXP else LEAST_EXP if x < LEAST_EXP else x
     shifted = x * PER_EXP_STEP + SHIFT
     steps = shifted - SHIFT
-    bits = bits_of(shifted)  # of which the last ones are the steps
+    bits = bits_of(shifted)  # the last bits are the steps
     k, half = bits & 127, bits >> 8
     r = (x - steps * EXP_STEP[0]) - (steps * EXP_STEP[1] - rest)
     square = r * r
@@ -180,7 +182,7 @@ def _scaled(y: float, low: float, exponent: int) -> float:
     y, low = _sum_to(y, low)
     if exponent > 0 or (exponent == LEAST_NORMAL and y >= 1.0):
         return math.ldexp(y, exponent)
-    # Numbers near this one have as many bits as are left of the result.
+    # Numbers near this number have the number of bits that the result keeps.
     near = math.ldexp(1.0, LEAST_NORMAL - exponent)
     rounded, kept = _sum_to(near, y)
     return math.ldexp((rounded + (kept + low)) - near, exponent)
@@ -196,8 +198,8 @@ def exp(x: float) -> float:
 def _grown(x: float) -> tuple[int, float, float]:
     """Return the parts of exp(x) from which 1 can be subtracted exactly.
 
-    They are the number k of steps, and in two parts with more bits than `_exp` has, the
-    difference of the remaining factor from 1.
+    The parts are the number k of steps and, in two numbers, the difference of the
+    remaining factor from 1. The two numbers have more bits than `_exp` computes.
     """
     shifted = x * PER_EXP_STEP + SHIFT
     steps = shifted - SHIFT
@@ -238,10 +240,11 @@ def _log(x: float) -> tuple[float, float]:
 
     The second part is below 2^-16 times the first.
 
-    A number m near 1 times a power of 2 has the same logarithm but for a multiple of ln
-    2. An entry c of a table, of 11 bits, is next to 1 / m. The first part of m is a
-    multiple of 2^-22. So both parts of r = c m - 1 are exact, the square of the first
-    too, and the table's first parts have zeros where sums would round.
+    The argument is m times a power of 2, with m near 1, so the logarithms differ by a
+    multiple of ln 2. A table entry c of 11 bits is next to 1 / m. The first part of m
+    is a multiple of 2^-22. So the two parts of r = c m - 1, and the square of the first
+    part, are exact. The first parts in the table end in zeros, so that sums do not
+    round.
     """
     has_all_bits = x >= LEAST_WITH_ALL_BITS
     bits = bits_of(x if has_all_bits else x * LIFT)
@@ -382,14 +385,14 @@ def _slope(small: float, big: float) -> tuple[float, float]:
 def atan2(y: float, x: float) -> float:
     """Return the angle of the vector (x, y) from -pi to pi, radians.
 
-    It has the sign of `y`. Zeros and infinite numbers are treated as IEEE 754 demands.
+    The angle has the sign of `y`. Zeros and infinite numbers follow IEEE 754.
     """
     if x != x or y != y:
         return math.nan
     across, along = abs(y), abs(x)
     steep, back = across > along, math.copysign(1.0, x) < 0.0
     small, big = (along, across) if steep else (across, along)
-    if big == math.inf:  # two infinite numbers are equal, and others are nothing
+    if big == math.inf:  # two infinite numbers are equal, and finite ones negligible
         small, big = 1.0 if small == big else 0.0, 1.0
     high, low = _slope(small, big)
     turns = (1.0 if steep else 2.0) if back or steep else 0.0

@@ -1,10 +1,10 @@
 """Counts and sums during a trial.
 
-Counted are escapes, collisions, arrivals at the goal, steps that boids have moved in
-step, and how flocks have parted and joined. Summed are measures of motion.
+The counts are escapes, collisions, arrivals at the goal, steps in local equilibrium,
+and fissions and fusions of flocks. The sums are measures of motion.
 
-The start itself is not counted. A boid that is outside, in an obstacle or in contact at
-the start counts in step 1.
+The initial state is not counted. A boid that is outside, in an obstacle or in contact
+at the start counts in step 1.
 """
 
 import math
@@ -33,25 +33,26 @@ TOUCHING, ACCOMPANIED, OUT_OF_STEP = 1, 2, 4
 class Watch(NamedTuple):
     """Counts, and the state of N boids after the last step.
 
-    `counting` switches on what concerns a boid and its position, `pairing` what
-    concerns two boids, `integrating` what concerns its velocity, and `following` what
-    becomes of flocks from frame to frame. `contact` is the Reach with margin 0.
-    `outside`, `inside`, `touching` and `arrived` (N,) tell which boids were outside the
-    world, in an obstacle or in contact with another, and which have been at the goal,
-    or at all of several; `in_step` (N,) for how many steps a boid has moved in step
-    with all its neighbours. `order` (N,) are the boids sorted by x, `state` (N,) is
-    room for a step. `before_x` and `before_y` (N,) are the positions one step earlier.
-    `flock_before` (N,) has the label of the flock of each boid at the last frame on
-    time; `flock_now`, `next_member` and `is_met` (N,) are room for a frame.
+    `counting` switches on the counts of positions, `pairing` the counts of pairs of
+    boids, `integrating` the sums over velocities, and `following` the fissions and
+    fusions of flocks. `contact` is the Reach with margin 0. `outside`, `inside` and
+    `touching` (N,) mark the boids outside the world, in an obstacle and in contact with
+    a boid. `arrived` (N,) marks the boids that have been at the goal, or at all of
+    several goals. `in_step` (N,) is the number of steps for which a boid has matched
+    the velocities of all its neighbours. `order` (N,) are the boids sorted by x, and
+    `state` (N,) is temporary storage of a step. `before_x` and `before_y` (N,) are the
+    positions one step earlier. `flock_before` (N,) has the flock label of each boid at
+    the last frame on time. `flock_now`, `next_member` and `is_met` (N,) are temporary
+    storage of a frame.
 
-    `events` (N_EVENTS,) holds the counts: how often each of the first three began, how
-    many boids have arrived, the sum of the steps at which they did, how many are in
-    equilibrium now, how often a model found no way out, how often a contact of two
-    boids began, how often flocks have parted and joined up to the last frame on time,
-    and how many goals all boids together have reached. `integrals` (N_INTEGRALS,) are
-    sums over boids and steps: of their speeds, of the squares of the changes of their
-    velocities, and of the gains of |v|^2 / 2, losses left out. `goals` are the goals of
-    the Workspace; reached goals are always noted here.
+    `events` (N_EVENTS,) holds the counts. The first counts are escapes, collisions with
+    obstacles, contacts per boid, boids that have arrived, and the sum of arrival steps.
+    Then follow boids in equilibrium now, dead ends of the model, and contacts of pairs.
+    The last counts are fissions and fusions of flocks up to the last frame on time, and
+    goals reached by all boids together. `integrals` (N_INTEGRALS,) are sums over boids
+    and steps: speeds, squared changes of velocity, and gains of |v|^2 / 2 without
+    losses. `goals` are the goals of the Workspace; the Watch always notes reached
+    goals.
     """
 
     counting: bool
@@ -88,14 +89,14 @@ def build_watch(
     observation: Observation,
     goals: Goals | None,
 ) -> Watch:
-    """Return a Watch of `n` boids with all counts at zero.
+    """Return a Watch of `n` boids with all counts zero.
 
     Parameters
     ----------
     n : int
         Number of boids.
     counting, pairing, integrating, following : bool
-        Groups of counts to keep up, see Watch.
+        Groups of counts to update; see Watch.
     contact : Reach
         The Reach of the world with margin 0.
     observation : Observation
@@ -127,9 +128,9 @@ def build_watch(
 
 
 def note_start(flock: Flock, world: World, watch: Watch) -> None:
-    """Note where boids start.
+    """Note the state of boids at the start.
 
-    Being outside, in an obstacle or in contact at the start is not counted; being at
+    A boid outside, in an obstacle or in contact at the start is not counted. A boid at
     the goal counts as an arrival.
 
     Parameters
@@ -203,7 +204,7 @@ def _count_places(flock: Flock, world: World, watch: Watch, step: int) -> None:
 
 @jit
 def _sort(flock: Flock, watch: Watch) -> None:
-    """Sort `order` by x, by insertion: from one step to the next it hardly changes."""
+    """Sort `order` by x, by insertion, since the order hardly changes in a step."""
     order = watch.order
     for k in range(1, order.size):
         i = order[k]
@@ -216,7 +217,7 @@ def _sort(flock: Flock, watch: Watch) -> None:
 
 @jit
 def _compare_pairs(flock: Flock, watch: Watch) -> None:
-    """Set the state of every boid from its pairs.
+    """Set the state of every boid from all pairs with this boid.
 
     Pairs are searched from each boid outwards along x.
     """
@@ -252,7 +253,7 @@ def _compare_pairs(flock: Flock, watch: Watch) -> None:
 
 @jit
 def _were_nearer(watch: Watch, i: int, j: int, square: float) -> bool:
-    """Return whether two boids were near to each other one step earlier.
+    """Return whether two boids were near one step earlier.
 
     The distance is compared with the root of `square`.
     """
@@ -277,9 +278,10 @@ def _in_step(flock: Flock, i: int, j: int, tolerance2: float) -> bool:
 
 @jit
 def _count_pairs(watch: Watch) -> None:
-    """Count boids that came into contact with another, and boids in equilibrium.
+    """Count boids that came into contact with a boid, and boids in equilibrium.
 
-    A boid in equilibrium has been in step for at least `equilibrium_steps`.
+    A boid is in equilibrium after at least `equilibrium_steps` steps in step with its
+    neighbours.
     """
     settled = 0
     for i in range(watch.state.size):
@@ -312,12 +314,12 @@ def _integrate(flock: Flock, watch: Watch) -> None:
 
 @jit_apart
 def regroup(flock: Flock, watch: Watch) -> tuple[int, int]:
-    """Find the present flocks, and return how often flocks have parted and joined.
+    """Find the present flocks; return the numbers of fissions and fusions.
 
-    The labels are written into `flock_now`, and compared with `flock_before`. A flock
-    whose members are in k flocks now has parted k - 1 times. A flock whose members come
-    from k flocks has been joined k - 1 times. So the number of flocks has grown by the
-    first number less the second.
+    The function writes labels into `flock_now` and compares them with `flock_before`. A
+    flock with members in k present flocks counts as k - 1 fissions. A flock with
+    members from k earlier flocks counts as k - 1 fusions. So the number of flocks has
+    grown by the first number minus the second.
     """
     n = flock.x.size
     _sort(flock, watch)
@@ -343,7 +345,7 @@ def regroup(flock: Flock, watch: Watch) -> tuple[int, int]:
 
 @jit
 def _count_origins(watch: Watch, label: int) -> int:
-    """Return from how many earlier flocks the members of a flock come."""
+    """Return the number of earlier flocks from which the members of a flock come."""
     found, member, is_first = 0, label, True
     while is_first or member != label:
         is_first = False
@@ -361,14 +363,14 @@ def _count_origins(watch: Watch, label: int) -> int:
 
 @jit
 def keep_flocks(watch: Watch, parted: int, joined: int) -> None:
-    """Make the present flocks the earlier ones of the next `regroup`.
+    """Make the present flocks the earlier flocks of the next `regroup`.
 
     Parameters
     ----------
     watch : Watch
         Changed in place.
     parted, joined : int
-        Return values of `regroup`, which are added to the events.
+        Return values of `regroup`; added to the events.
     """
     for i in range(watch.flock_now.size):
         watch.flock_before[i] = watch.flock_now[i]

@@ -1,8 +1,7 @@
 """Memory requests ahead of use.
 
-Data that is in no cache near the processor takes as long to arrive as hundreds of
-additions. A kernel that knows early what it will read requests it, and continues
-meanwhile.
+Data outside the caches of the processor arrives after the time of hundreds of
+additions. A kernel requests data before the use, and continues meanwhile.
 """
 
 from typing import Any
@@ -14,13 +13,13 @@ from numba.extending import intrinsic, overload
 
 BUILD: Any = cgutils
 TO_BE_READ, NEAREST_CACHE, DATA = 0, 3, 1
-"""Numbers of LLVM for the arguments of its `prefetch`."""
+"""Arguments of `prefetch` of LLVM, as numbers."""
 
 
 def fetch(_array: Any, _place: Any) -> None:
     """Request the memory of an element of an array.
 
-    The place is an index or a tuple of indices. No number depends on the request.
+    The place is an index or a tuple of indices. The request changes no result.
     """
 
 
@@ -52,5 +51,5 @@ def _compiled(*_: Any) -> Any:
     return lambda _array, _place: _FETCH(_array, _place)
 
 
-# A statement of the module, as in kernels.indices: so it belongs to the stamps.
+# A statement of the module belongs to the stamps, as in kernels.indices.
 overload(fetch, strict=False)(_compiled)

@@ -1,6 +1,6 @@
-"""One run of a flock: put together, advanced call by call, and measured.
+"""One run of a flock: setup, advance call by call, and measurement.
 
-The caller keeps the clock, and passes in the sources of random numbers.
+The caller decides the number of steps and passes the sources of random numbers.
 """
 
 import math
@@ -49,22 +49,22 @@ from kernels.workspace import Workspace, build_workspace
 from kernels.worlds import Reach, build_moving_reach, build_reach, build_world
 
 MOST_FRAMES, FRAME_BYTES = 4096, 4 * 2**20
-"""Largest number and size of the frames that are kept until they are taken."""
+"""Largest number and size of the frames that a run keeps in memory."""
 NO_GRID = "a model that looks at an occupancy grid has one of the start"
 NO_PIXELS = "visits are counted by pixels, which are free for a while or not at all"
 """Reasons why some settings exclude moving obstacles."""
 
 
 class Scenery(NamedTuple):
-    """Surroundings of boids, which several runs may share.
+    """Environment of boids, which several runs may share.
 
-    They are the world, the reach of the surfaces of its obstacles, the reach of their
-    forces, the model's occupancy grid, and the goals where there are several. Runs that
-    differ only in their boids may share one scenery.
+    The environment has the world, the reach of the obstacle surfaces, the reach of the
+    obstacle forces, the occupancy grid of the model, and the route of several goals.
+    Runs that differ only in the boids may share a scenery.
 
-    Where obstacles move, `velocities` (2, M) are the result of `given_velocities`,
-    `speed` is the speed of the others, and any obstacle may act at any position: each
-    run has a reach of its own.
+    If obstacles move, `velocities` (2, M) are the result of `given_velocities`, and
+    `speed` is the speed of obstacles without a given velocity. Any obstacle may then
+    act at any position, so each run has a separate reach.
     """
 
     world: World
@@ -79,8 +79,9 @@ class Scenery(NamedTuple):
 class Memory(NamedTuple):
     """Recorded parts of a run.
 
-    A run records what these `metrics` need, and a frame per `every` steps; on request
-    `visits` by pixel, and `bodies`. At most `frames` are kept until they are taken.
+    A run records the inputs of the `metrics`, with a frame per `every` steps, and on
+    request `visits` by pixel and `bodies`. The memory holds at most `frames` frames
+    until the caller takes the frames.
     """
 
     metrics: tuple[Metric, ...]
@@ -96,7 +97,7 @@ class Memory(NamedTuple):
 
 
 class Calls(NamedTuple):
-    """Numbers of steps observed, of calls of publish, and of boids driven."""
+    """Numbers of observed steps, of calls of publish, and of driven boids."""
 
     steps: int
     published: int
@@ -105,9 +106,9 @@ class Calls(NamedTuple):
 
 @dataclass
 class Flight:
-    """A flock in its world, and everything that a model's `advance` works with.
+    """Flock, world and all further inputs of the `advance` of a model.
 
-    `work` is replaced when its grid is built again.
+    A new grid replaces `work`.
     """
 
     model: Model
@@ -122,7 +123,7 @@ class Flight:
 
     @property
     def world(self) -> World:
-        """World of the scenery, where obstacles are."""
+        """World of the scenery, with the present positions of obstacles."""
         return self.scenery.world
 
     @property
@@ -132,7 +133,7 @@ class Flight:
 
     @property
     def filled(self) -> int:
-        """Number of frames kept since frames were last taken."""
+        """Number of frames in memory since the caller last took frames."""
         return int(self.record.progress[FILLED])
 
 
@@ -142,7 +143,7 @@ def build_scenery(
     reach: float = 0.0,
     grid: OccupancySettings | None = None,
 ) -> Scenery:
-    """Return the world with its obstacles, as a model meets it.
+    """Return the environment of the boids: a world with obstacles.
 
     Parameters
     ----------
@@ -151,7 +152,7 @@ def build_scenery(
     obstacles : Obstacles
         Obstacles of the map.
     reach : float, default 0
-        Distance from their surface up to which obstacles act on boids.
+        Distance from the surface up to which an obstacle acts on boids.
     grid : OccupancySettings, optional
         Occupancy grid of the model; by default no grid.
 
@@ -190,7 +191,7 @@ def begin(
     rng: Generator,
     keys: ChanceKeys,
 ) -> Flight:
-    """Return a run at its start, which is its first frame.
+    """Return a run in its initial state, which is the first frame.
 
     Parameters
     ----------
@@ -205,14 +206,14 @@ def begin(
         Distances and tolerances of metrics.
     scenery : Scenery
     flock : Flock
-        Boids at the start; becomes the run's own.
+        Boids at the start; the run takes and changes this object.
     memory : Memory
         Recorded parts of the run.
     coverage : Coverage
         Coverage of the world without visits, see kernels.coverage; without pixels if
-        `memory` is not covering. Becomes the run's own.
+        `memory` is not covering. The run takes and changes this object.
     rng : Generator
-        Has drawn the flock, and draws the state with which boids begin.
+        Generator that has drawn the flock and draws the initial state of boids.
     keys : ChanceKeys
         Keys of random numbers of the robots and of moving obstacles.
 
@@ -223,8 +224,8 @@ def begin(
     Raises
     ------
     RuntimeError
-        If the kinds of the model do not fit the number of boids, the first state is not
-        finite, or visits are to be counted where obstacles move.
+        If the kinds of the model do not fit the number of boids, if the initial state
+        is not finite, or if `memory` is covering and obstacles move.
     """
     potential = model.pair_potential(params) if model.pair_potential else NO_POTENTIAL
     flock = laid_out(flock)
@@ -316,7 +317,7 @@ def _motion(
 ) -> Motion | None:
     """Return the motion of the obstacles of a run; None if no obstacle moves.
 
-    Obstacles act up to `margin` beyond their surface.
+    An obstacle acts up to `margin` beyond its surface.
     """
     if scenery.velocities is None:
         return None
@@ -329,7 +330,7 @@ def _motion(
 def _begun(
     model: Model, params: Any, flock: Flock, kind: Kinds, rng: Generator
 ) -> Floats:
-    """Return the state (S, N) with which the boids of `flock` begin."""
+    """Return the initial state (S, N) of the boids of `flock`."""
     state = np.zeros((len(model.state), flock.x.size))
     if model.begin_state:
         model.begin_state(params, flock, kind, rng, state)
@@ -350,8 +351,8 @@ def _record(
 ) -> Record:
     """Return an empty record.
 
-    It has room for FRAME_BYTES of frames, and for at least two: one on time and the
-    last.
+    The record has room for FRAME_BYTES of frames, and for at least two frames: one on
+    time and the last.
     """
     metrics = memory.metrics
     looks = memory.bodies or any(metric.looks for metric in metrics)
@@ -381,9 +382,9 @@ def _record(
 
 
 def advance(flight: Flight, rng: Generator, steps: int) -> bool:
-    """Take up to `steps` steps, and return whether the state stays finite.
+    """Advance a run by up to `steps` steps; return whether the state stays finite.
 
-    The run takes no more steps than are left, and than frames have room for.
+    The run stops at its last step, and when the memory for frames is full.
 
     Parameters
     ----------
@@ -402,8 +403,9 @@ def advance(flight: Flight, rng: Generator, steps: int) -> bool:
     Raises
     ------
     RuntimeError
-        If the model has taken another number of steps, returns no bool, has not called
-        publish in each step where a layer needs it, or has not driven each boid.
+        If the model has taken a wrong number of steps or returns no bool. Also if the
+        model has not called publish in each step although a layer needs the call, or
+        has not driven each boid.
     """
     free = len(flight.record.frames.step) - flight.filled - 1
     room = max(0, free * flight.record.every)
@@ -433,7 +435,7 @@ def advance(flight: Flight, rng: Generator, steps: int) -> bool:
 
 
 def calls_of(flight: Flight) -> Calls:
-    """Return the numbers of calls that a model has made so far."""
+    """Return the numbers of calls by the model so far."""
     robots = flight.work.robots
     return Calls(flight.step, int(robots.clock[0]), int(robots.driven[0]))
 
@@ -441,7 +443,8 @@ def calls_of(flight: Flight) -> Calls:
 def check_calls(flight: Flight, before: Calls) -> None:
     """Raise RuntimeError if a model has left out calls since `before`.
 
-    Robots need publish at the beginning of each step, and drive once per boid and step.
+    Robots need a call of publish at the beginning of each step, and a call of drive per
+    boid and step.
     """
     now, work = calls_of(flight), flight.work
     taken, robots = now.steps - before.steps, work.robots
@@ -463,7 +466,7 @@ def check_calls(flight: Flight, before: Calls) -> None:
 def rebuild_grid(flight: Flight, room: int = 0) -> None:
     """Enter the whole flock into a new grid.
 
-    Its blocks have `room`, see kernels.neighbours.build_grid.
+    The blocks of the grid have `room`, see kernels.neighbours.build_grid.
     """
     rows, topology = flight.work.robots.rows, flight.work.near.topology
     reach = search_range(flight.model, flight.params, rows)
@@ -477,14 +480,14 @@ def rebuild_grid(flight: Flight, room: int = 0) -> None:
 def measure(
     flight: Flight, metrics: Sequence[Metric], blank: float = math.nan
 ) -> NDArray[np.float64]:
-    """Return the values of metrics in the frames kept.
+    """Return the values of metrics in the frames in memory.
 
     Parameters
     ----------
     flight : Flight
     metrics : sequence of Metric
     blank : float, default NaN
-        Value where a metric has written none.
+        Value of frames for which a metric has written no value.
 
     Returns
     -------
@@ -509,7 +512,7 @@ def measure(
 def _measure_part(flight: Flight, metric: Metric, values: NDArray[np.float64]) -> None:
     """Write the values of a metric of a part of the boids; NaN for an empty part.
 
-    The metric gets frames and a ground that have only these boids.
+    The metric gets frames and a ground with only the boids of the part.
     """
     if not flight.filled:
         return
@@ -548,11 +551,12 @@ def forget_frames(flight: Flight) -> None:
 
 
 def go_on_from(flight: Flight, earlier: Flight) -> None:
-    """Make `flight` continue the run `earlier`, which has as many boids.
+    """Make `flight` continue the run `earlier` with an equal number of boids.
 
-    The flock, the steps and the counts become those of `earlier`. All frames must have
-    been taken. The state of boids is kept if both have the same rows of it, and visits
-    if both have the same pixels outside obstacles.
+    `flight` takes the flock, the steps and the counts of `earlier`. The caller must
+    have taken all frames. `flight` also takes the state of boids if the two runs have
+    equal state rows, and the visits if the two runs have equal pixels outside
+    obstacles.
     """
     flight.record.progress[:] = earlier.record.progress
     watches = zip(flight.record.watch, earlier.record.watch, strict=True)

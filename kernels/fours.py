@@ -1,9 +1,9 @@
-"""Four numbers side by side, with which compiled code computes at once.
+"""Four numbers in one register, for SIMD arithmetic in compiled code.
 
-The order in which a sum is added up decides its rounding, so no loop over neighbours
-can add several of them at once. But it can add to four sums at once, which lie side by
-side in a register of the processor, and give the same results as one by one. The
-interpreter has tuples of four numbers, and lanes read the same text: kernels.lanes.
+The order of additions decides the rounding of a sum, so a loop over neighbours cannot
+add several terms at once. But a loop can add to four sums at once, in one register of
+the processor. The results equal the results of separate additions. The interpreter uses
+tuples of four numbers, and kernels.lanes reads the same source text.
 """
 
 from collections.abc import Callable
@@ -75,7 +75,7 @@ def times(one: Four, other: Four) -> Four:
 
 
 def below(number: float, bounds: Four) -> Four:
-    """Return 1 for each of four bounds that a number is below, else 0."""
+    """Return 1 for each of four bounds above a number, else 0."""
     return (
         1.0 if number < bounds[0] else 0.0,
         1.0 if number < bounds[1] else 0.0,
@@ -116,9 +116,9 @@ def _compare(context: Any, builder: Any, number: Any, bounds: Any) -> Any:
 def _is_compiled(
     function: Callable[..., Any], made: Callable[..., Any], result: Any, *given: Any
 ) -> None:
-    """Have a function of arguments of the types `given` compiled to a builder's code.
+    """Register the builder of compiled code for a function of argument types `given`.
 
-    The code is the value of `made(context, builder, *arguments)`.
+    `made(context, builder, *arguments)` returns the code.
     """
 
     @infer_global(function)

@@ -2,19 +2,19 @@
 
 A GPU has no `numpy.random.Generator`.
 
-A `Stream` does the same as `Generator(PCG64)` in integers of 32 bits, and its numbers
-are bitwise identical: the state grows by a multiplication and an addition of 128 bits,
-and its two halves give a number of 64 bits, rotated by the value of their highest six
-bits. So a run may continue with a Stream where a Generator stopped, and the other way
-round.
+A `Stream` computes the numbers of `Generator(PCG64)` with integers of 32 bits, bitwise
+identical. Each step multiplies the state of 128 bits by a factor and adds an increment.
+The two halves of the state give a number of 64 bits, rotated by the value of the
+highest six bits. So a run may continue with a Stream where a Generator stopped, and
+vice versa.
 
 The generator is PCG XSL RR 128/64: M. E. O'Neill (2014), PCG: a family of simple fast
 space-efficient statistically good algorithms for random number generation, Harvey Mudd
 College, HMC-CS-2014-0905.
 
-A Stream has the methods `random` and `uniform`. It has no `normal`: NumPy takes the
-logarithm of the system in the tails, whose last bits may differ between systems.
-`normal` of kernels.chance takes either.
+A Stream has the methods `random` and `uniform`, but not `normal`. In the tails, NumPy
+calls the logarithm of the system, and the last bits of this logarithm may differ
+between systems. `normal` of kernels.chance accepts a Stream or a Generator.
 """
 
 from collections.abc import Callable
@@ -37,17 +37,17 @@ FACTOR = 0x2360ED051FC65DA44385DF649FCCF645
 M0, M1, M2, M3 = (
     np.uint64(FACTOR >> LIMB_BITS * k & 2**LIMB_BITS - 1) for k in range(LIMBS)
 )
-"""The factor of the state, its lowest 32 bits first."""
+"""Factor of the state, lowest 32 bits first."""
 WIDTH, MOST_TURN = np.uint64(64), np.uint64(63)
 DROPPED, UNIT = np.uint64(11), 2.0**-53
-"""The upper 53 bits of a number of 64 make one below 1."""
+"""Shift and unit that turn 64 random bits into a number below 1 with 53 bits."""
 
 
 class Stream(NamedTuple):
     """Random numbers of one trial.
 
-    `words` (8,) has the 128 bits of the state and the 128 bits that are added to it in
-    each step, in parts of 32 bits, the lowest first.
+    `words` (8,) has the 128 bits of the state and the 128 bits of the increment, in
+    parts of 32 bits, the lowest first.
     """
 
     words: Words
@@ -113,7 +113,7 @@ def uniform(words: Words, low: float, high: float) -> float:
 
 
 def stream_of(rng: Generator) -> Stream:
-    """Return a stream that continues where `rng` is; `rng` does not move.
+    """Return a stream that continues from the state of `rng`; `rng` does not change.
 
     Raises TypeError if the generator of `rng` is not PCG64.
     """
@@ -124,7 +124,7 @@ def stream_of(rng: Generator) -> Stream:
 
 
 def go_on(rng: Generator, stream: Stream) -> None:
-    """Move `rng`, from which `stream` was made, to the state of the stream."""
+    """Set `rng`, the origin of `stream`, to the state of the stream."""
     state = _state(rng)
     limbs = stream.words[:LIMBS].tolist()
     state["state"]["state"] = sum(limb << LIMB_BITS * k for k, limb in enumerate(limbs))
@@ -160,8 +160,8 @@ METHODS: dict[str, Callable[..., Any]] = {
 }
 """Functions that numba asks for the methods of a named tuple.
 
-They return the compiled method of a Stream, and None for all other tuples.
+The functions return the compiled method of a Stream, and None for any further tuple.
 """
-# Statements of the module, as in kernels.indices: so they belong to the stamps.
+# Statements of the module belong to the stamps, as in kernels.indices.
 for name, compiled in METHODS.items():
     overload_method(types.BaseNamedTuple, name)(compiled)

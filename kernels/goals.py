@@ -1,7 +1,8 @@
 """Several goals in turn: each boid goes from one goal to the next.
 
-A boid has reached its goal when it is nearer to it than `goal_radius` after a step, or
-at the start. Then the next one is its goal, so that it reaches at most one per step.
+A boid has reached its goal if the distance to the goal is below `goal_radius` after a
+step, or at the start. Then the boid goes to the next goal, so a boid reaches at most
+one goal per step.
 """
 
 from typing import NamedTuple
@@ -15,10 +16,10 @@ from kernels.state import Floats, Flock, World
 
 
 class Route(NamedTuple):
-    """Positions (G,) of G goals, of which the first is the goal of the world.
+    """Positions (G,) of G goals; the first goal is the goal of the world.
 
-    With `repeat` the first goal follows on the last; without it boids keep the last
-    goal.
+    With `repeat` the first goal follows the last goal. Without `repeat` boids keep the
+    last goal.
     """
 
     x: Floats
@@ -27,7 +28,7 @@ class Route(NamedTuple):
 
 
 class Goals(NamedTuple):
-    """Goals of N boids: `reached` (N,) is how many each has reached."""
+    """Goals of N boids: `reached` (N,) is the number of goals reached per boid."""
 
     route: Route
     reached: NDArray[np.int64]
@@ -46,19 +47,19 @@ def build_route(settings: WorldSettings) -> Route | None:
 
 
 def build_goals(route: Route | None, n: int) -> Goals | None:
-    """Return the goals of `n` boids that have reached none; None without a route."""
+    """Return the goals of `n` boids before any arrival; None without a route."""
     return None if route is None else Goals(route, np.zeros(n, np.int64))
 
 
 def at_last_goal(world: World, route: Route | None) -> World:
-    """Return a world whose goal is the last one, by which metrics measure."""
+    """Return a world with the last goal as its goal, for metrics."""
     if route is None:
         return world
     return world._replace(goal_x=float(route.x[-1]), goal_y=float(route.y[-1]))
 
 
 def go_on_to(mine: Goals | None, earlier: Goals | None) -> None:
-    """Continue with the goals that boids had in an `earlier` run."""
+    """Continue with the goals of boids in an `earlier` run."""
     if mine is not None and earlier is not None:
         mine.reached[:] = earlier.reached
 
@@ -97,7 +98,7 @@ def _index(goals: Goals, i: int) -> int:
 
 @jit
 def note_reached(goals: Goals | None, flock: Flock, radius: float) -> None:
-    """Note which boids have reached their goal and go to the next one.
+    """Note the boids that have reached their goals and go to the next goals.
 
     Parameters
     ----------
@@ -105,7 +106,7 @@ def note_reached(goals: Goals | None, flock: Flock, radius: float) -> None:
         Changed in place.
     flock : Flock
     radius : float
-        Distance from a goal below which it is reached.
+        Distance from a goal below which the goal is reached.
     """
     if goals is not None:
         _note_reached(goals, flock, radius)
@@ -125,7 +126,7 @@ def _note_reached(goals: Goals, flock: Flock, radius: float) -> None:
 def has_arrived(
     goals: Goals | None, world: World, i: int, x: float, y: float, radius: float
 ) -> bool:
-    """Return whether a boid has arrived at the goal, or at all of several.
+    """Return whether a boid has arrived at the goal, or at all of several goals.
 
     Parameters
     ----------

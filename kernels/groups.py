@@ -1,4 +1,4 @@
-"""Groups: the connected components of positions nearer to each other than a reach."""
+"""Groups: the connected components of positions within a reach."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,7 @@ def label_groups(
     reach : float
         Distance below which two positions are in one group.
     label : array of int64, shape (N,)
-        Receives the index of one member, which is the same for all members of a group.
+        Receives the index of a member, equal for all members of a group.
     """
     n = x.size
     for i in range(n):

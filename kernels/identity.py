@@ -1,8 +1,9 @@
-"""Identity of the code behind the numbers of a trial.
+"""Identity of the code that computes the results of a trial.
 
-The run of a flock, a model, metrics, a map and a start have a stamp each. So a new
-model or metric changes no other, a rule changes the models that use it, and a metric
-changes the trials that record it.
+The run of a flock, each model, each metric, each map and each start have separate
+stamps. So a new model or metric changes no existing stamp. A change of a rule changes
+the models with this rule. A change of a metric changes the trials that record this
+metric.
 """
 
 import hashlib
@@ -50,8 +51,8 @@ FLIGHT: tuple[Callable[..., Any], ...] = (
 class Code(NamedTuple):
     """Stamps of the code that computes trials.
 
-    `flight` is the stamp of the run, the others are by name. A model is named with a
-    preset, whose values points leave out.
+    `flight` is the stamp of the run. The remaining stamps are by name. The name of a
+    model includes a preset, since points leave out the values of the preset.
     """
 
     flight: str
@@ -61,7 +62,7 @@ class Code(NamedTuple):
     starts: dict[str, str]
 
     def changes(self, later: "Code") -> list[str]:
-        """Return in words the common entries that have another stamp in `later`."""
+        """Return descriptions of the common entries with a changed stamp in `later`."""
         changed = ["the flight"] if self.flight != later.flight else []
         for kind in self._fields[1:]:
             mine = getattr(self, kind)
@@ -120,10 +121,10 @@ def code_of(
 
 
 def without_stamp(entry: Any) -> list[str]:
-    """Return the fields of an entry whose functions can have no stamp.
+    """Return the fields of an entry with functions that cannot have a stamp.
 
-    The entry is a Model, for example. A function without a stamp is not at the top of a
-    module.
+    The entry is, for example, a Model. A function without a stamp is not at the top
+    level of a module.
     """
     return [
         field
@@ -142,20 +143,20 @@ def is_compiled(function: Callable[..., Any]) -> bool:
 
 @cache
 def kernels_sha() -> str:
-    """Return the sha256 of all kernels together, which tells versions apart.
+    """Return the sha256 of all kernels together, which identifies a version.
 
-    It is noted in the same way as stamps.
+    A note keeps the hash, as for stamps.
     """
     return noted("all kernels", lambda: stamp_of_texts(texts_of(OUR_PACKAGE)))
 
 
 def package_sha(*places: Path) -> str:
-    """Return the sha256 of the code of another package: its folders or its file."""
+    """Return the sha256 of the code of a custom package, from its folders or file."""
     return stamp_of_all(*places)
 
 
 def stamp(function: Callable[..., Any]) -> str:
-    """Return `kernels.stamps.stamp`; its part from sources of the package is noted."""
+    """Return `kernels.stamps.stamp`; a note keeps the part from the package."""
     return stamps.stamp(function, noted_stamp)
 
 
@@ -178,10 +179,11 @@ def _found_flight_stamp() -> str:
 
 
 def _model_stamp(model: Model | None, preset: str) -> str:
-    """Return the stamp of a model with a preset; "" for an unknown one.
+    """Return the stamp of a model with a preset; "" for an unknown model or preset.
 
-    It covers the functions of the model, the shape of its parameters, the values of the
-    preset, which points leave out, the names of its rows of state and its kinds.
+    The stamp covers the functions of the model, the shape of the parameters, the names
+    of the state rows, and the kinds. The stamp also covers the values of the preset,
+    since points leave out these values.
     """
     if model is None or preset not in model.presets:
         return ""
@@ -218,7 +220,7 @@ def _start_stamp(start: Start | None) -> str:
 
 
 def _shape(group: type[Any]) -> list[Any]:
-    """Return names, kinds and choices of parameters in the order of kernels."""
+    """Return names, types and choices of parameters in the order of kernels."""
     hints = get_type_hints(group, include_extras=True)
     declarations: dict[str, tuple[type[Any], About]] = {
         name: get_args(hint)[:2] for name, hint in hints.items()

@@ -1,8 +1,8 @@
-"""Indices that compiled code takes as they are.
+"""Unsigned indices, which compiled code uses without a test.
 
 In numba an index can count from the end, as in Python. So each signed index that may be
-negative needs a test, and a loop with such tests does not compute several numbers at
-once. An unsigned index needs none.
+negative needs a test, and a loop with tests is not vectorised. An unsigned index needs
+no test.
 """
 
 from typing import Any
@@ -20,7 +20,7 @@ Marks = NDArray[np.bool_]
 WORD = np.uint64(64)
 """Number of marks that are read as one number."""
 PIECE = 8
-"""Most numbers of 64 bits with which a processor that numba knows computes at once."""
+"""Largest number of 64-bit numbers in one register of a supported processor."""
 
 
 @jit
@@ -33,7 +33,7 @@ def unsigned(k: int) -> Any:
 def signed(k: Any) -> int:
     """Return an unsigned count as a signed number, which kernels use.
 
-    numba makes a float of a number that may be either.
+    numba converts a number to float if the number may be signed or unsigned.
     """
     return np.int64(k)  # type: ignore[return-value]
 
@@ -42,14 +42,14 @@ def signed(k: Any) -> int:
 def whole(count: int) -> Any:
     """Return the least multiple of PIECE that is not below `count`.
 
-    A compiled loop of this length has no remainder; the results of its last turns are
-    not used.
+    A compiled loop of this length has no remainder. The results of the last iterations
+    are not used.
     """
     return unsigned((count + PIECE - 1) // PIECE * PIECE)
 
 
 def build_marks(n: int) -> Marks:
-    """Return at least `n` marks in full words; none is set."""
+    """Return at least `n` unset marks in full words."""
     return np.zeros(-(-n // int(WORD)) * int(WORD), np.bool_)
 
 
@@ -72,7 +72,7 @@ def without_lowest(bits: Any) -> Any:
 
 @intrinsic
 def _word(_: Any, marks: Any, first: Any) -> Any:
-    """Build the compiled form of `word`: a vector of bytes becomes one of bits."""
+    """Build the compiled form of `word`: a vector of bytes becomes a vector of bits."""
 
     def code(context: Any, builder: Any, signature: Any, given: Any) -> Any:
         data = context.make_array(signature.args[0])(context, builder, given[0]).data
@@ -106,7 +106,7 @@ def _compiled_lowest(_: Any) -> Any:
     return lambda bits: compiled(bits)
 
 
-# Statements of the module belong to the stamps of all its functions: so a change in
-# what is compiled changes them, too.
+# Statements of the module belong to the stamps of all its functions. So a change in
+# compiled code changes the stamps, too.
 overload(word, strict=False)(_compiled_word)
 overload(lowest, strict=False)(_compiled_lowest)

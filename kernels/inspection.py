@@ -1,7 +1,7 @@
 """Observation of a run without a change of it.
 
-It shows the neighbours that a boid perceives, the flocks, and the velocities after one
-step.
+The functions return the perceived neighbours of a boid, the flocks, and the velocities
+after one step.
 """
 
 from typing import Any, NamedTuple
@@ -24,9 +24,9 @@ from kernels.workspace import Workspace
 class Seen(NamedTuple):
     """View of one boid: range, field of view in degrees, heading and neighbours.
 
-    The heading is the angle about which the field of view lies; it is None if the boid
-    sees all round. `known` has x and y of where the boid knows these neighbours to be;
-    it is empty where these are the true positions.
+    The heading is the middle of the field of view, as an angle; None if the boid sees
+    all round. `known` has the x and y of the neighbours as the boid knows the
+    neighbours. `known` is empty if the boid knows the true positions.
     """
 
     range: float
@@ -37,10 +37,10 @@ class Seen(NamedTuple):
 
 
 def seen_by(flight: Flight, boid: int) -> Seen:
-    """Return what `boid` perceives of the present flock, before a wind carries it.
+    """Return the perceived neighbours of `boid` in the present flock, before wind.
 
-    The search is the one of a model's `advance`. In a sequential update boids before it
-    move first. The range is the longest range of the model.
+    The search equals the search in the `advance` of a model. In a sequential update,
+    boids with lower indices move first. The range is the longest range of the model.
     """
     rows = flight.work.robots.rows
     params = rows[0][boid] if rows else flight.params
@@ -86,7 +86,7 @@ def seen_by(flight: Flight, boid: int) -> Seen:
 def flocks(flight: Flight) -> NDArray[np.int64]:
     """Return the label of the flock of every boid, shape (N,).
 
-    Labels are those that the metrics of flocks find.
+    Labels equal the labels in the metrics of flocks.
     """
     flock = flight.flock
     return labels(flock.x, flock.y, flight.observation.flock_range)
@@ -101,8 +101,8 @@ def velocities_after(flight: Flight, params: Any, rng: Generator) -> Floats:
     ----------
     flight : Flight
     params : Params
-        Parameters of the model. Values that equal the run's own differ between robots
-        as in the run.
+        Parameters of the model. If a value equals the value of the run, the parameter
+        varies between robots as in the run.
     rng : Generator
         Source of the model's random numbers.
 
@@ -118,19 +118,19 @@ def velocities_after(flight: Flight, params: Any, rng: Generator) -> Floats:
                 table[name] = value
     record = silent(flight.record, work)
     world = _world_of(flight, work)
-    # A custom model may name its parameters as it likes: only their order is fixed.
+    # A custom model may choose any parameter names: only the order is fixed.
     arguments = (flock, world, params, work, record, rng, 1)
     flight.model.advance(*arguments)
     return np.stack([flock.vx, flock.vy])
 
 
 def _world_of(flight: Flight, work: Workspace) -> World:
-    """Return the world of a run with the obstacles that a workspace moves."""
+    """Return the world of a run with the moving obstacles of a workspace."""
     return flight.world if work.motion is None else work.motion.world
 
 
 def _copied(tree: Any) -> Any:
-    """Return a tuple with copies of all arrays in it and in its inner tuples."""
+    """Return a tuple with copies of all arrays in the tuple, at any depth."""
     if isinstance(tree, np.ndarray):
         return tree.copy()
     if not isinstance(tree, tuple):

@@ -1,28 +1,29 @@
-"""Four decorators that compile kernels.
+"""Decorators that compile kernels.
 
-Nothing else in the project calls numba, but for kernels.indices, kernels.fetching,
-kernels.fours and kernels.generator, which define what functions of their own are
-compiled to, for kernels.lanes, which makes types of its own and what these kernels
-call, and for kernels.device.
+Few further modules call numba. The modules `kernels.indices`, `kernels.fetching`,
+`kernels.fours` and `kernels.generator` define the compiled code of their functions. The
+package `kernels.lanes` defines types and the functions that vectorised kernels call.
+The package `kernels.device` compiles kernels for a GPU.
 
 Kernels are compiled at their first call (no signatures), cached on disk (see
 kernels.caching), and keep IEEE arithmetic, since `fastmath` gives different results on
 different processors. With NUMBA_DISABLE_JIT=1 the decorated functions stay plain
-Python, which is the reference the tests compare with.
+Python, the reference of the tests.
 
-A kernel works on arrays and numbers alone, so it holds no lock of Python (`nogil`):
-while it runs, other threads do too, such as the thread of a web server.
+A kernel works on arrays and numbers alone and releases the lock of Python (`nogil`). So
+threads such as the thread of a web server run at the same time.
 
 numba counts references to every array that a function touches, with atomic
-instructions, and a boid-step touches dozens of arrays. A kernel that allocates nothing
-does not need this: aziel_chen2025 went from 930 to 340 ns per boid-step without
-reference counts, and after other changes from 290 to 160 by inlining all calls.
+instructions, and a boid-step touches dozens of arrays. A kernel without allocations
+does not need reference counts. Without reference counts, aziel_chen2025 went from 930
+to 340 ns per boid-step. After further changes, inlining all calls reduced the time from
+290 to 160 ns.
 
-Numba compiles with each function a wrapper for callers in Python, which takes all
-fields of all arguments out of their objects, and one for callers in C. Most kernels are
-called by kernels alone, and these wrappers took half of the time of compiling a model.
-So a function is two for numba: one for callers in Python, and one without wrappers,
-which kernels call. Each is compiled where it is needed, and cached by itself.
+With each function numba compiles a wrapper for callers in Python, which extracts all
+fields of all arguments from objects, and a wrapper for callers in C. Only kernels call
+most kernels, and the wrappers took half of the compile time of a model. So numba gets
+two functions: a function for callers in Python, and a function without wrappers for
+kernels. The two functions are compiled on demand and cached separately.
 """
 
 from collections.abc import Callable
@@ -43,7 +44,7 @@ def _compiled(function: Callable[P, R], **options: Any) -> Callable[P, R]:
     compiled = numba.njit(cache=True, nogil=True, error_model="numpy", **options)(
         function
     )
-    if compiled is not function:  # as it is with NUMBA_DISABLE_JIT=1
+    if compiled is not function:  # not with NUMBA_DISABLE_JIT=1
         compiled._cache._cache_file = ByClasses(function, compiled._cache)
     return cast("Callable[P, R]", compiled)
 
@@ -51,7 +52,7 @@ def _compiled(function: Callable[P, R], **options: Any) -> Callable[P, R]:
 def jit(function: Callable[P, R]) -> Callable[P, R]:
     """Compile `function`, which must not allocate.
 
-    It makes no new arrays, and has no `a[:] = b` between arrays.
+    The function makes no new arrays, and has no `a[:] = b` between arrays.
     """
     return _compiled(function, forceinline=True, _nrt=False)
 
@@ -59,8 +60,8 @@ def jit(function: Callable[P, R]) -> Callable[P, R]:
 def jit_apart(function: Callable[P, R]) -> Callable[P, R]:
     """Compile `function`, which must not allocate, once for all its callers.
 
-    Other kernels are inlined into each caller. Use this for long functions that most
-    runs do not call.
+    Kernels of `jit` are inlined into each caller. `jit_apart` is for long functions
+    that most runs do not call.
     """
     return _compiled(function, _nrt=False)
 
@@ -71,10 +72,10 @@ def jit_with_memory(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def jit_as(function: Callable[P, R], like: Callable[..., Any]) -> Callable[P, R]:
-    """Compile `function`, which is made of the text of `like` or calls such a function.
+    """Compile `function`, which is generated from `like` or calls generated code.
 
-    It must not allocate either. Its compiled code is kept as long as the code of `like`
-    is valid.
+    `function` must not allocate. The cache keeps the compiled code as long as the code
+    of `like` is valid.
     """
     MADE_OF[function] = like
     return _compiled(function, _nrt=False)
@@ -83,7 +84,8 @@ def jit_as(function: Callable[P, R], like: Callable[..., Any]) -> Callable[P, R]
 def allocates(kernel: Callable[..., Any]) -> bool:
     """Return whether a kernel may allocate arrays, see `jit_with_memory`.
 
-    It is False where kernels are not compiled, and for a function that is no kernel.
+    The result is False if kernels are not compiled, and for a function that is not a
+    kernel.
     """
     options: dict[str, Any] = getattr(kernel, "targetoptions", {"_nrt": False})
     return bool(options.get("_nrt", True))
@@ -91,9 +93,9 @@ def allocates(kernel: Callable[..., Any]) -> bool:
 
 @typeof_impl.register(CPUDispatcher)
 def _type_within(called: Any, _context: object) -> Any:
-    """Return the type of a function of numba where compiled code names it.
+    """Return the type of a function that compiled code names.
 
-    A kernel of the project has the type of its twin without wrappers.
+    A kernel of the project has the type of its version without wrappers.
     """
     function = called.py_func
     if function not in OURS:

@@ -1,4 +1,4 @@
-"""Layers of a run, and whether its model is compiled for them."""
+"""Layers of a run, and models compiled for these layers."""
 
 from collections.abc import Collection, Iterable, Iterator
 from functools import cache
@@ -16,18 +16,18 @@ from kernels.state import Corners, Flock, World
 from kernels.workspace import Workspace
 
 LAYERS = frozenset({Senses, Motors, Wind, Goals, Motion, Corners})
-"""Optional parts of a run; each choice of them compiles `advance` to another kernel."""
+"""Optional parts of a run; each combination compiles `advance` to a separate kernel."""
 
 
 def is_compiled(model: Model, layers: Collection[type]) -> bool:
-    """Return whether `advance` of a model is compiled for runs with these LAYERS."""
+    """Return whether `advance` of a model is compiled for runs with some LAYERS."""
     kinds = Flock, World, model.params, Workspace, Record
     absent = LAYERS.difference(layers)
     return is_kept(model.advance, set(_named_tuples(kinds, absent)))
 
 
 def _named_tuples(kinds: Iterable[Any], absent: Collection[type]) -> Iterator[type]:
-    """Yield the named tuples among these types, and those in their fields."""
+    """Yield the named tuples among types, and in the fields of named tuples."""
     for kind in kinds:
         if hasattr(kind, "_fields") and kind not in absent:
             yield kind

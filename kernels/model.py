@@ -27,9 +27,9 @@ from kernels.settings import (
 class Sight(NamedTuple):
     """View of a boid: range, field of view in degrees, and the boundary.
 
-    A boid sees others up to `range`, within a cone of `fov` degrees in all. With
-    `inclusive` it also sees one exactly at the range. The cells of the search are no
-    smaller than the range.
+    A boid perceives boids up to `range`, within a cone of `fov` degrees in total. With
+    `inclusive` the range itself is included. The cells of the search are at least as
+    large as the range.
     """
 
     range: float
@@ -38,7 +38,7 @@ class Sight(NamedTuple):
 
 
 class Rule(NamedTuple):
-    """Steering rule, and the parameter that is its weight.
+    """Steering rule, and the parameter that weights the rule.
 
     Weight 0 switches the rule off. A rule with `to_goal` leads boids to the goal.
     """
@@ -52,8 +52,9 @@ class PairPotential(NamedTuple):
     """The potential behind linear separation and cohesion; see kernels.metrics.energy.
 
     Separation gives boid i the acceleration strength * sum(x_i - x_j) over the boids
-    nearer than its range; cohesion gives it strength * (mean x_j - x_i) over those
-    nearer than its own, less the crowding ones if `cohesion_outside`.
+    nearer than the separation range. Cohesion gives boid i the acceleration strength *
+    (mean x_j - x_i) over the boids nearer than the cohesion range. With
+    `cohesion_outside` cohesion leaves out the boids within the separation range.
     """
 
     separation: float
@@ -72,7 +73,7 @@ NARROW_POTENTIAL = (
 
 
 class OccupancySettings(NamedTuple):
-    """Grid on which a model looks for obstacles.
+    """Settings of the grid on which a model looks for obstacles.
 
     `cell` is the side of a cell, and `inflation` the distance from an obstacle up to
     which cells are occupied.
@@ -92,12 +93,12 @@ BODY_COLUMNS = (
     *("trial_id", "frame", "boid", "x", "y", "vx", "vy", "kind", "index"),
     *("trial", "point", "replicate", "seed", "provenance"),
 )
-"""Other columns of tables with one row per boid, in all formats."""
+"""Further columns of tables with one row per boid, in all formats."""
 NO_STATE: Mapping[str, About] = {}
 
 
 def only_surfaces(_params: Any) -> float:
-    """Return 0, the `obstacle_reach` of a model without forces of obstacles."""
+    """Return 0, the `obstacle_reach` of a model without obstacle forces."""
     return 0.0
 
 
@@ -112,10 +113,10 @@ Symmetry = Literal[
 """Transformations without any effect in a world without obstacles.
 
 The goal is in the middle of the world. A translation moves all boids, in an unbounded
-world or on a torus. A rotation turns them about the middle, by any angle in an
-unbounded world, or by a quarter of a turn in a square one. A reflection mirrors them. A
-permutation changes their order, in updates in which no boid sees a new state before the
-others.
+world or on a torus. A rotation turns all boids about the middle, by any angle in an
+unbounded world, or by a quarter of a turn in a square world. A reflection mirrors all
+boids. A permutation changes the order of boids, in updates in which no boid perceives
+new states of the step.
 """
 NONE_DECLARED: Mapping[Symmetry, Mapping[str, Any]] = {}
 
@@ -123,35 +124,34 @@ NONE_DECLARED: Mapping[Symmetry, Mapping[str, Any]] = {}
 class Model(NamedTuple):
     """Published model.
 
-    `presets` gives every parameter a value, choices by name; only `minimum_image` may
-    be left out, see `preset_values`. `metrics` are recorded unless a study names
-    others. These are functions of the model's Params: `sight(params)` returns the view
-    of a boid, `obstacle_reach(params)` how far beyond its surface an obstacle acts, and
-    `goal_seekers(params, n)` how many of n boids know the goal.
-    `pair_potential(params)` and `occupancy(params)` are for models that have one. With
-    `faces_heading` a boid at rest looks along its last velocity; otherwise it looks all
-    round.
+    `presets` gives every parameter a value, choices by name. Only `minimum_image` may
+    be missing, see `preset_values`. `metrics` are the default metrics of a study. Some
+    fields are functions of the Params of the model. `sight(params)` returns the view of
+    a boid. `obstacle_reach(params)` returns the distance from the surface up to which
+    an obstacle acts. `goal_seekers(params, n)` returns the number of boids that know
+    the goal. `pair_potential(params)` and `occupancy(params)` are for models with a
+    pair potential or an occupancy grid. With `faces_heading` a boid at rest looks along
+    its last velocity; without, a boid at rest looks all round.
 
-    `symmetries` are the symmetries of the model, each with the parameters that it
-    needs: `{"translation": {"wall_weight": 0.0}}`. `sweep check` tries them.
+    `symmetries` are the symmetries of the model, each with the required parameters:
+    `{"translation": {"wall_weight": 0.0}}`. `sweep check` tests the symmetries.
 
-    `update_order` describes in words the order in which a step updates boids, for a
-    model without the parameter `UPDATE`.
+    `update_order` describes the order in which a step updates boids, for a model
+    without the parameter `UPDATE`.
 
-    `state` names the state of a boid besides its position and velocity; see
-    kernels.workspace. `begin_state(params, flock, kind, rng, state)` fills these rows
-    (S, N), which are 0 before, for a flock that was just drawn. `vectors` are the pairs
-    of rows that are the components of a vector, and so turn with the flock.
+    `state` names the state rows of a boid, in addition to position and velocity; see
+    kernels.workspace. `begin_state(params, flock, kind, rng, state)` fills the rows (S,
+    N), which are 0 before, for an initial flock. `vectors` are the pairs of rows that
+    are components of a vector, and so turn with the flock.
 
-    `kinds` names the kinds of boids: the first boids are of the first kind, the next
-    ones of the second, and `count_kinds(params, n)` returns how many of n boids are of
-    each.
+    `kinds` names the kinds of boids. `count_kinds(params, n)` returns the number of
+    boids of each kind. The first boids are of the first kind, the next boids of the
+    second kind.
 
-    `publishes`, `drives`, `goals_in_turn` and `shared` declare the abilities of its
+    `publishes`, `drives`, `goals_in_turn` and `shared` declare the abilities of the
     robots; see kernels.robots.abilities.
 
-    `at_once` has no meaning any more: models that were written for earlier versions
-    give it.
+    `at_once` has no effect any more. Models for earlier versions have this field.
 
     `demands` are conditions on the parameters, and `potential_demands` conditions of
     metrics of the potential. `length` and `time` are the units of the model. With
@@ -207,8 +207,8 @@ class Model(NamedTuple):
     def preset_values(self, preset: str) -> dict[str, Any]:
         """Return the values of a preset.
 
-        If the preset leaves `minimum_image` out, it is True on a torus: boids see each
-        other across the borders.
+        Without `minimum_image` in the preset, the value is True on a torus: boids
+        perceive boids across the borders.
         """
         values = self.presets[preset]
         return {"minimum_image": values.get("borders") == "torus"} | values
@@ -229,7 +229,7 @@ class Model(NamedTuple):
 
 
 def kind_counts(model: Model, params: Any, n: int) -> tuple[int, ...]:
-    """Return how many of `n` boids are of each kind; (n,) without kinds.
+    """Return the numbers of boids of each kind, `n` in total; (n,) without kinds.
 
     Parameters
     ----------
@@ -247,7 +247,7 @@ def kind_counts(model: Model, params: Any, n: int) -> tuple[int, ...]:
     Raises
     ------
     RuntimeError
-        If the model's `count_kinds` returns anything else.
+        If `count_kinds` of the model returns an invalid value.
     """
     if model.count_kinds is None:
         return (n,)

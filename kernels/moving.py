@@ -1,12 +1,13 @@
-"""Obstacles that move: the position of each after any number of steps.
+"""Moving obstacles: the position of an obstacle after any number of steps.
 
-Each has a velocity of its own, which is constant. On a torus its middle comes back in
-across the opposite border; otherwise it is mirrored at the borders of the world. So its
-position is a function of the number of steps alone: nothing of it is kept between
-steps, and a trial that resumes from a checkpoint is bitwise identical.
+Each obstacle has a constant velocity. On a torus the middle of the obstacle re-enters
+across the opposite border; in a world without periodic boundaries the borders mirror
+the middle. So the position is a function of the number of steps alone. No position is
+stored between steps, and a trial that resumes from a checkpoint is bitwise identical.
 
-In each step obstacles move first, and then boids: those of step k meet obstacles at
-their positions after k steps, and so do events and metrics of the frame after it.
+In each step obstacles move before boids. The boids of step k meet obstacles at the
+positions after k steps. Events and metrics of the frame after step k use these
+positions too.
 """
 
 import math
@@ -25,11 +26,11 @@ from kernels.worlds import Reach, enter_obstacles
 
 
 class Motion(NamedTuple):
-    """Motion of the obstacles of `world`, whose arrays belong to one run.
+    """Motion of the obstacles of `world`; the arrays belong to one run.
 
-    `x`, `y` (M,) are their middles at the start, `corner_x`, `corner_y` (V,) the
-    vertices of polygons, `vx`, `vy` (M,) velocities, and `dt` the time of a step.
-    Obstacles act up to `margin` beyond their surface.
+    `x`, `y` (M,) are the middles at the start, `corner_x`, `corner_y` (V,) the vertices
+    of polygons, `vx`, `vy` (M,) velocities, and `dt` the time of a step. An obstacle
+    acts up to `margin` beyond its surface.
     """
 
     world: World
@@ -46,8 +47,8 @@ class Motion(NamedTuple):
 def given_velocities(obstacles: Obstacles, speed: float) -> Floats | None:
     """Return the velocities (2, M) of obstacles; None if no obstacle moves.
 
-    Entries are NaN where the direction is random. Obstacles without a velocity of their
-    own have `speed`, but arenas do not move.
+    Entries are NaN for random directions. Obstacles without a given velocity have the
+    speed `speed`. Arenas do not move.
     """
     drawn = (math.nan, math.nan) if speed > 0.0 else (0.0, 0.0)
     velocities = [
@@ -89,13 +90,14 @@ def build_motion(
     Parameters
     ----------
     world : World
-        World with its obstacles. The motion copies their arrays and changes its own.
+        World with obstacles. The motion copies the arrays of obstacles and changes the
+        copies.
     velocities : array of float64, shape (2, M)
         Velocities of the obstacles.
     dt : float
         Time of a step.
     margin : float, default 0
-        Distance from their surface up to which obstacles act.
+        Distance from its surface up to which an obstacle acts.
 
     Returns
     -------
@@ -130,7 +132,7 @@ def place_obstacles(motion: Motion | None, step: int) -> None:
 
 @jit
 def move_obstacles(motion: Motion | None, reach: Reach, step: int) -> None:
-    """Move obstacles to their positions after `step` steps, and update their reach.
+    """Move obstacles to the positions after `step` steps, and update the reach.
 
     Parameters
     ----------
@@ -164,20 +166,20 @@ def _place(corners: Corners | None, motion: Motion, step: int) -> None:
 def place_along(start: float, way: float, length: float, wraps: bool) -> float:
     """Return the coordinate of a middle that has moved by `way` along one axis.
 
-    A middle that starts outside the world is mirrored at its start instead of the
-    border.
+    If the middle starts outside the world, the start takes the place of the border as
+    the mirror.
 
     Parameters
     ----------
     start : float
         Coordinate at the start.
     way : float
-        Displacement without borders; it has a sign.
+        Signed displacement without borders.
     length : float
         Size of the world along the axis.
     wraps : bool
-        Whether the coordinate is wrapped into the world, or mirrored at its ends as a
-        triangle wave.
+        True to wrap the coordinate into the world; False to mirror the coordinate at
+        the borders, as a triangle wave.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Storage for the neighbours of one boid, and the rule of who counts as one."""
+"""Storage for the neighbours of one boid, and the rule that selects neighbours."""
 
 import math
 from typing import NamedTuple
@@ -12,11 +12,11 @@ from kernels.state import Floats, Indices
 
 
 class Topology(NamedTuple):
-    """Rule of which boids in sight count as neighbours.
+    """Rule that selects neighbours among the perceived boids.
 
-    `kind` is METRIC, NEAREST or VORONOI. `nearest` is the number of boids that count
-    with NEAREST. A search looks first up to the distance `around`, which is infinite
-    with METRIC.
+    `kind` is METRIC, NEAREST or VORONOI. `nearest` is the number of neighbours with
+    NEAREST. A search looks first up to the distance `around`, which is infinite with
+    METRIC.
     """
 
     kind: int
@@ -25,19 +25,20 @@ class Topology(NamedTuple):
 
 
 EVERYBODY = Topology(METRIC, 1, math.inf)
-"""Topology in which every boid in sight counts."""
+"""Topology in which every perceived boid is a neighbour."""
 
 
 class Near(NamedTuple):
     """Storage for the neighbours of one boid: arrays of shape (N + PIECE,).
 
     `boid` holds the indices of the neighbours, `dx` and `dy` the displacements to the
-    neighbours, `distance2` the squares of these displacements. `factor` has room for
-    one number per neighbour, which a rule computes.
+    neighbours, `distance2` the squared distances. `factor` has room for one number per
+    neighbour, which a rule computes.
 
-    `mark` tells of every boid whether the boid is a neighbour. Its size is a multiple
-    of WORD and at least N. `topology` is the rule of who counts of those in sight.
-    `senses` decide of whom the boid hears; None if it hears of all.
+    `mark` marks the boids that are neighbours. The size of `mark` is a multiple of WORD
+    and at least N. `topology` is the rule that selects neighbours among perceived
+    boids. `senses` decide which messages the boid receives; None if the boid receives
+    all messages.
     """
 
     boid: Indices
@@ -60,9 +61,9 @@ def build_near(
     n : int
         Number of boids N in the flock.
     topology : Topology, default EVERYBODY
-        Rule of which boids in sight count.
+        Rule that selects neighbours among perceived boids.
     senses : Senses, optional
-        Senses of the flock; by default a boid hears of all in sight.
+        Sensing layer of the flock; by default a boid receives all messages in range.
 
     Returns
     -------

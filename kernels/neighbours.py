@@ -1,15 +1,14 @@
 """Search of neighbours by range and field of view, through a grid of cells.
 
-The grid is exact under sequential updates. The plane is folded onto a torus of cells,
-which are at least as large as the range. Every cell lists the boids of its 3 x 3 block
-in ascending order. So a search reads one list, and sums over neighbours are bitwise
+The grid is exact under sequential updates. The plane is folded onto a torus of cells. A
+cell is at least as large as the range. Every cell lists the boids of its 3 x 3 block in
+ascending order. So a search reads one list, and sums over neighbours are bitwise
 identical with any grid. A move into another cell changes at most nine lists of each of
-the two cells. If a list is long, a search looks at everyone instead. Both ways find the
-same neighbours in the same order.
+the two cells. If a list is long, a search reads all boids instead. The two searches
+find equal neighbours in equal order.
 
-A list begins in a block of its own, and continues in others that are taken from a
-store. So there is room wherever boids gather, and most lists of a large flock are one
-line of the cache of the processor.
+A list begins in a reserved block, and continues in spare blocks. So cells have room for
+gathered boids, and most lists of a large flock fill one line of the processor cache.
 """
 
 import math
@@ -50,9 +49,8 @@ AHEAD = 8
 CROWDED = 4
 """Divisor of N for the longest list that is read.
 
-A list of more than N / CROWDED boids takes longer to read than everyone: the processor
-looks at several boids of everyone at once. Where the mean list is so long, there are no
-lists.
+A search over all boids is vectorised and faster than a list of more than N / CROWDED
+boids. If the mean list is longer, the grid has no lists.
 """
 
 
@@ -61,16 +59,16 @@ class Grid(NamedTuple):
 
     `columns_per_length` and `rows_per_length` are cells per unit of length.
 
-    `blocks` (B, 1 + room) hold the lists. The list of cell c begins in block c, whose
-    first element is the length of the list; the other elements are boids. `following`
-    (B,) holds the block in which a list continues that fills one. Blocks that no list
-    needs are a chain of their own, which begins with `spare` (1,).
+    `blocks` (B, 1 + room) hold the lists. The list of cell c begins in block c. The
+    first element of block c is the length of the list; the remaining elements are
+    boids. `following` (B,) holds the next block of a list after a full block. Spare
+    blocks form a separate chain, which begins with `spare` (1,).
 
-    `column` and `row` (N,) hold the cell of each boid. Lists of more than `longest`
-    boids are not read; with `everyone` there are no lists. `ahead` is the number of
-    boids ahead for which memory is prefetched; None for none. A `published` grid has
-    boids where other boids know them, and only `move_published` changes it. Indices are
-    unsigned, which numba reads faster.
+    `column` and `row` (N,) hold the cell of each boid. Searches do not read lists of
+    more than `longest` boids; with `everyone` the grid has no lists. `ahead` is the
+    number of boids ahead for which memory is prefetched; None to prefetch nothing. A
+    `published` grid has the positions that boids know, and only `move_published`
+    changes this grid. Indices are unsigned, which numba reads faster.
     """
 
     columns: int
@@ -91,7 +89,7 @@ class Grid(NamedTuple):
 class Gaze(NamedTuple):
     """View of one boid: range, cone and position.
 
-    `range2` is the square of the range. `bound` is the bound of `cone` times |h|^2. The
+    `range2` is the squared range. `bound` is the bound of `cone` times |h|^2. The
     vector h = (`ahead_x`, `ahead_y`) points ahead, and (`x`, `y`) is the position of
     the boid.
     """
@@ -105,7 +103,7 @@ class Gaze(NamedTuple):
 
 
 def all_pairs(n: int) -> Grid:
-    """Return a grid without lists for `n` boids: every search reads everyone."""
+    """Return a grid without lists for `n` boids: every search reads all boids."""
     return Grid(1, 1, 0.0, 0.0, n, True, None, False, *_lists(1, 1, n))
 
 
@@ -132,10 +130,10 @@ def build_grid(
     room: int = 0,
     published: bool = False,
 ) -> Grid:
-    """Return the grid of a flock, or one without lists where lists would not pay.
+    """Return the grid of a flock; without lists if lists would slow a search down.
 
-    Cells tile the world. So the fold is the torus where positions wrap. There are at
-    most about 4 N cells.
+    Cells tile the world. So with periodic boundaries the fold is the torus of the
+    world. The number of cells is at most about 4 N.
 
     Parameters
     ----------
@@ -146,11 +144,11 @@ def build_grid(
     search_range : float
         Largest distance at which neighbours are searched, in the unit of length.
     room : int, default 0
-        Boids per block. With 0 a block has room for all of a small flock, and for twice
-        the mean list of a large one, at least ROOM. With another number there are lists
-        also where most are too long to be read.
+        Boids per block. With 0 a block has room for a whole small flock; in a large
+        flock, for twice the mean list and at least ROOM. With a positive number the
+        grid has lists even if most lists are too long to be read.
     published : bool, default False
-        True if `flock` has the positions that boids know of each other.
+        True if `flock` has the positions that boids know.
 
     Returns
     -------
@@ -253,9 +251,9 @@ def _fold(k: int, n: int) -> int:
 
 @jit
 def _offset(k: int, n: int) -> int:
-    """Return the difference of two indices on a circle of `n`, FAR unless neighbours.
+    """Return the difference of two indices on a circle of `n`; FAR if not adjacent.
 
-    The difference of neighbours and of equal indices is -1, 0 or 1.
+    The difference of adjacent and of equal indices is -1, 0 or 1.
     """
     if abs(k) <= 1:
         return k
@@ -268,7 +266,7 @@ def _offset(k: int, n: int) -> int:
 def _insert(grid: Grid, cell: int, i: int) -> None:
     """Enter boid `i` into the list of a cell.
 
-    The boid that no longer fits into a block is carried into the next block.
+    A boid that no longer fits into a block moves into the next block.
     """
     room = grid.blocks.shape[1] - 1
     block, left, carried = cell, int(grid.blocks[cell, 0]), i
@@ -309,8 +307,8 @@ def _lengthen(grid: Grid, block: int) -> None:
 def _remove(grid: Grid, cell: int, i: int) -> None:
     """Remove boid `i` from the list of a cell.
 
-    Each block gets the first boid of the next one. An emptied block becomes a spare
-    one.
+    Each block gets the first boid of the next block. An emptied block becomes a spare
+    block.
     """
     room = grid.blocks.shape[1] - 1
     block, left, k = cell, int(grid.blocks[cell, 0]), 1
@@ -390,9 +388,9 @@ def move_all(grid: Grid, flock: Flock) -> None:
 
 @jit
 def move_published(grid: Grid, others: Flock) -> None:
-    """Enter all boids of a published grid where other boids know them to be.
+    """Enter all boids of a published grid at the positions that boids know.
 
-    Other grids stay as they are.
+    Unpublished grids stay as they are.
     """
     if grid.published:
         _move_all(grid, others)
@@ -429,9 +427,9 @@ def _fetch_block(grid: Grid, column: int, row: int) -> None:
 
 @jit
 def square_range(length: float, inclusive: bool) -> float:
-    """Return the bound b of squared distances, so that `distance2 < b` means in range.
+    """Return the bound b of squared distances; `distance2 < b` means in range.
 
-    In range is nearer than `length`, or with `inclusive` at most at `length`.
+    Boids in range are nearer than `length`, or with `inclusive` at most at `length`.
     """
     square = length * length
     return np.nextafter(square, np.inf) if inclusive else square
@@ -461,21 +459,22 @@ def search(
 ) -> int:
     """Find the neighbours of a boid in ascending order; return their number.
 
-    In sight are the boids nearer than the square root of `range2` and within the cone
+    The boid perceives boids nearer than the square root of `range2` and within the cone
     about the vector h = (ahead_x, ahead_y). With d the displacement and s the product
     d.h, s / (|d||h|) is the cosine of the angle, and the cone is s|s| >= view |d|^2
-    |h|^2. If h is zero, a boid sees all round. Neighbours are the boids in sight of
-    whom it hears by the senses of `near`, and who count by its topology.
+    |h|^2. If h is zero, the boid sees all round. Neighbours are the perceived boids
+    whose messages the `senses` of `near` let through and that the topology of `near`
+    selects.
 
     Parameters
     ----------
     seen : Flock
-        Positions that boids know of each other.
+        Positions that boids know.
     world : World
         World of the flock.
     grid : Grid
-        Grid of `seen`; its search range is at least the range, or the distance `around`
-        of the topology if that is less.
+        Grid of `seen`. The search range of the grid is at least the range, or the
+        distance `around` of the topology if `around` is less.
     i : int
         Index of the boid that searches.
     range2 : float
@@ -490,7 +489,8 @@ def search(
     Returns
     -------
     int
-        Number of neighbours, which are the first elements of the arrays of `near`.
+        Number of neighbours; the neighbours are the first elements of the arrays of
+        `near`.
     """
     bound = view * (ahead_x * ahead_x + ahead_y * ahead_y)
     around = near.topology.around
@@ -512,7 +512,7 @@ def search(
 
 @jit
 def _own_place(senses: Senses | None, seen: Flock, i: int) -> tuple[float, float]:
-    """Return the position at which boid `i` knows itself to be."""
+    """Return the own position that boid `i` knows."""
     if senses is None:
         return seen.x[i], seen.y[i]
     return senses.own.x[i], senses.own.y[i]
@@ -520,7 +520,7 @@ def _own_place(senses: Senses | None, seen: Flock, i: int) -> tuple[float, float
 
 @jit
 def _own_cell(senses: Senses | None, grid: Grid, i: int, gaze: Gaze) -> Any:
-    """Return the cell in which boid `i` knows itself to be."""
+    """Return the cell of the own position that boid `i` knows."""
     if senses is None:
         return grid.row[i] * grid.columns + grid.column[i]
     row = _index(gaze.y, grid.rows_per_length, grid.rows)
@@ -531,9 +531,9 @@ def _own_cell(senses: Senses | None, grid: Grid, i: int, gaze: Gaze) -> Any:
 def _search_in_sight(
     seen: Flock, world: World, grid: Grid, i: int, gaze: Gaze, near: Near
 ) -> int:
-    """Find all boids in sight of boid `i`, in ascending order; return their number.
+    """Find all boids that boid `i` perceives, in ascending order; return the number.
 
-    The range of `gaze` is at most that of `grid`.
+    The range of `gaze` is at most the range of `grid`.
     """
     cell = _own_cell(near.senses, grid, i, gaze)
     if grid.everyone or grid.blocks[cell, 0] > grid.longest:
@@ -573,9 +573,9 @@ def _look_at_block(
     near: Near,
     found: int,
 ) -> int:
-    """Append the boids in sight among the first `length` of a block to `near`.
+    """Append the perceived boids among the first `length` of a block to `near`.
 
-    `found` is the number of boids in `near` before. Return their number afterwards.
+    `found` is the number of boids in `near` before. Return the number afterwards.
     """
     for k in range(length):
         j = grid.blocks[block, k + unsigned(1)]
@@ -593,7 +593,7 @@ def _look_at_block(
 def _fetch_ahead(seen: Flock, grid: Grid, i: int) -> None:
     """Prefetch the memory that the searches of boids after `i` will read.
 
-    The list is first; once it is loaded, the boids in its first block follow.
+    The list is first. Once the list is loaded, the boids in its first block follow.
     """
     n = grid.row.size
     k = min(i + 2 * AHEAD, n - 1)
@@ -610,7 +610,7 @@ def _fetch_ahead(seen: Flock, grid: Grid, i: int) -> None:
 def _search_everyone(seen: Flock, world: World, i: int, gaze: Gaze, near: Near) -> int:
     """Do `search` among all boids.
 
-    The first pass runs on several boids at once. The second reads a word of marks at a
+    The first pass is vectorised over boids. The second pass reads a word of marks at a
     time, and only the marks that are set.
     """
     n, found = unsigned(seen.x.size), unsigned(0)
@@ -634,7 +634,7 @@ def _search_everyone(seen: Flock, world: World, i: int, gaze: Gaze, near: Near) 
 def _look(
     seen: Flock, world: World, j: int, gaze: Gaze
 ) -> tuple[float, float, float, bool]:
-    """Return the displacement to boid `j`, its square, and whether `j` is in sight.
+    """Return the displacement to boid `j`, its square, and whether `j` is perceived.
 
     The displacement begins at the position of `gaze`.
     """
@@ -645,6 +645,6 @@ def _look(
     distance2 = dx * dx + dy * dy
     along = dx * gaze.ahead_x + dy * gaze.ahead_y
     in_view = along * abs(along) >= gaze.bound * distance2
-    # A model without a heading says so with zeros, and then no cone is computed.
+    # A model without a heading passes zeros, and then no cone is computed.
     all_round = (gaze.ahead_x == 0.0) & (gaze.ahead_y == 0.0)
     return dx, dy, distance2, (distance2 < gaze.range2) & (all_round | in_view)

@@ -1,4 +1,4 @@
-"""Occupancy grids as robots keep them: the cells near an obstacle."""
+"""Occupancy grids of robots: the cells near obstacles."""
 
 import math
 from typing import NamedTuple
@@ -15,7 +15,7 @@ from kernels.worlds import obstacle_distance
 class Occupancy(NamedTuple):
     """Grid of occupied cells.
 
-    `taken` (rows, columns) is True for occupied cells. All places outside the grid
+    `taken` (rows, columns) is True for occupied cells. All positions outside the grid
     count as taken too. `per_length` is the number of cells per unit of length.
     """
 
@@ -24,7 +24,7 @@ class Occupancy(NamedTuple):
 
 
 def no_occupancy() -> Occupancy:
-    """Return the empty grid of a model that uses none."""
+    """Return the empty grid of a model without an occupancy grid."""
     return Occupancy(np.zeros((0, 0), np.bool_), 0.0)
 
 

@@ -1,6 +1,6 @@
-"""Polygons: the nearest point of their border, their inside, and what they hide.
+"""Polygons: nearest points on the border, inside tests and occlusion.
 
-All results are exact up to rounding, for any polygon whose sides do not cross.
+All results are exact up to rounding, for any polygon without crossing sides.
 """
 
 import math
@@ -69,10 +69,10 @@ def from_border(
 def meets_polygon(
     corners: Corners, m: int, x: float, y: float, dx: float, dy: float
 ) -> bool:
-    """Return whether a straight way leads through the solid side of a polygon.
+    """Return whether a straight path leads through the solid side of a polygon.
 
-    The border cuts the way into pieces. Each piece is on one side, so its middle tells
-    on which.
+    The border cuts the path into pieces. Each piece is on one side, and the middle of
+    the piece decides the side.
 
     Parameters
     ----------
@@ -81,9 +81,9 @@ def meets_polygon(
     m : int
         Index of an obstacle that is a polygon.
     x, y : float
-        Beginning of the way, in the unit of length of the model.
+        Beginning of the path, in the unit of length of the model.
     dx, dy : float
-        Displacement from the beginning to the end of the way.
+        Displacement from the beginning to the end of the path.
     """
     start = 0.0
     while start < 1.0:
@@ -106,9 +106,9 @@ def _next_cut(
     dy: float,
     start: float,
 ) -> float:
-    """Return the least fraction of the way above `start` at which it meets a side.
+    """Return the least fraction of the path above `start` where a side cuts the path.
 
-    The result is 1 if the way meets no further side.
+    The result is 1 if no further side cuts the path.
     """
     first, end = corners.first[m], corners.first[m + 1]
     ax, ay = corners.x[end - 1], corners.y[end - 1]
@@ -117,7 +117,7 @@ def _next_cut(
         bx, by = corners.x[k], corners.y[k]
         along_x, along_y = bx - ax, by - ay
         cross = dx * along_y - dy * along_x
-        if cross != 0.0:  # a side along the way is met at its ends, by its neighbours
+        if cross != 0.0:  # adjacent sides meet a side along the path
             to_x, to_y = ax - x, ay - y
             share = (to_x * along_y - to_y * along_x) / cross
             part = (to_x * dy - to_y * dx) / cross

@@ -35,11 +35,11 @@ FIRST_STATE = len(Flock._fields)
 class Frames(NamedTuple):
     """Storage for up to F snapshots.
 
-    `bodies` (F, 6 + S, N) holds the fields of Flock in their order, and from
-    FIRST_STATE on the S rows of the state of the model. It has the shape (F, 6 + S, 0)
-    where no metric reads the bodies. `counts` (F, N_COUNTS) holds the sums of Coverage,
-    and from FIRST_EVENT on the events of Watch. `step` (F,) holds the number of steps
-    done, and `integrals` (F, N_INTEGRALS) those of Watch.
+    `bodies` (F, 6 + S, N) holds the fields of Flock in order, and from FIRST_STATE on
+    the S state rows of the model. The shape is (F, 6 + S, 0) if no metric reads the
+    bodies. `counts` (F, N_COUNTS) holds the sums of Coverage, and from FIRST_EVENT on
+    the events of Watch. `step` (F,) holds the number of steps done, and `integrals` (F,
+    N_INTEGRALS) the integrals of Watch.
     """
 
     bodies: NDArray[np.float64]
@@ -49,11 +49,11 @@ class Frames(NamedTuple):
 
 
 class Record(NamedTuple):
-    """Selection of what to record, and the progress of the run.
+    """Selection of the recorded data, and the progress of the run.
 
     `progress` (2,) holds the steps done and the frames filled. A frame is kept every
-    `every` steps and at the step `last`. With `covering` visits of pixels are counted.
-    `state` and `state_before` are those of the Workspace.
+    `every` steps and at the step `last`. With `covering` the run counts visits of
+    pixels. `state` and `state_before` are the arrays of the Workspace.
     """
 
     frames: Frames
@@ -92,10 +92,11 @@ NEVER = 2**62
 
 
 def silent(record: Record, work: Workspace) -> Record:
-    """Return a record of the same types that keeps next to nothing of a step.
+    """Return a record of equal types that records almost nothing.
 
-    The new record counts steps, and the events that a model counts itself. It has the
-    state and the goals of `work`. Equal types spare a second compilation of the model.
+    The new record counts steps, and the events that a model counts itself. The record
+    has the state and the goals of `work`. Equal types avoid a second compilation of the
+    model.
     """
     watch = record.watch._replace(
         counting=False,
@@ -124,7 +125,7 @@ def keep_frame(flock: Flock, record: Record) -> None:
         return
     f = record.progress[FILLED]
     bodies = record.frames.bodies
-    if f >= bodies.shape[0]:  # a model has observed more steps than it was to take
+    if f >= bodies.shape[0]:  # a model has observed too many steps
         return
     for i in range(bodies.shape[2]):
         bodies[f, 0, i] = flock.x[i]
@@ -154,9 +155,9 @@ def keep_frame(flock: Flock, record: Record) -> None:
 
 @jit
 def keep_state(state: Floats, state_before: Floats) -> bool:
-    """Copy the state to `state_before`; return whether all of it is finite.
+    """Copy the state to `state_before`; return whether all values are finite.
 
-    The copy ends at the first number that is not finite.
+    The copy ends at the first value that is not finite.
     """
     for k in range(state.shape[0]):
         for i in range(state.shape[1]):
@@ -183,7 +184,7 @@ def observe(flock: Flock, world: World, record: Record) -> bool:
     -------
     bool
         False if a position, a velocity or the state of the model is not finite. Then
-        neither visits, events nor a frame are recorded.
+        the step records no visits, no events and no frame.
     """
     if not begin_step(flock, record):
         return False

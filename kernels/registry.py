@@ -1,14 +1,15 @@
 """Registries: built-in entries by name, and those of installed packages.
 
-A package states in its metadata what it offers, as entry points of a group:
+The metadata of a package lists the offered entries, as entry points of a group:
 
     [project.entry-points."boidsweep.models"]
     vortex = "their_package.vortex:MODEL"
 
-Only installed packages are searched, never a folder that happens to be at hand. Their
-code is imported when a name is looked up that is not built in, or when all entries are
-listed. An entry that cannot be used is left out, and `refused` gives the reason. An
-entry may not take the name of a built-in one, nor that of another package.
+The search covers installed packages only, never the current folder or a folder of
+PYTHONPATH. The lookup of a name that is not built in, and a list of all entries, import
+the code of packages. An entry that cannot be used is left out, and `refused` gives the
+reason. An entry may not take the name of a built-in entry or of an entry of another
+package.
 """
 
 import site
@@ -19,7 +20,7 @@ from pathlib import Path
 from typing import TypeVar
 
 OURS = "boidsweep."
-"""Beginning of the names of our groups of entry points."""
+"""Prefix of the groups of entry points."""
 
 T = TypeVar("T")
 
@@ -27,11 +28,11 @@ T = TypeVar("T")
 class Registry(MutableMapping[str, T]):
     """Entries of one kind by name, in the order of their registration.
 
-    `group` is the group of entry points. `origins` has for each name of another package
-    the distribution that it comes from. `refused` has for each entry that cannot be
-    used the reason. `flaw` returns in words why an entry of another package cannot be
-    used, or "". `derive` returns the entry of a name that follows from other names, or
-    None: such names are not listed.
+    `group` is the group of entry points. `origins` maps the name of each entry of
+    another package to the distribution with the entry. `refused` maps the name of each
+    unusable entry to the reason. `flaw` returns the reason why an entry of another
+    package is unusable, or "". `derive` returns the entry of a name that follows from
+    listed names, or None. Derived names are not listed.
     """
 
     def __init__(
@@ -81,9 +82,9 @@ class Registry(MutableMapping[str, T]):
         return f"Registry({self.group!r}, {list(self)})"
 
     def _installed(self) -> dict[str, T]:
-        """Return the entries of other packages, which the first call imports."""
+        """Return the entries of installed packages; the first call imports these."""
         if self._others is None:
-            # A package may look here while it is imported.
+            # The import of a package may call this function.
             self._others = {}
             offered: dict[str, list[EntryPoint]] = {}
             for point in installed(self.group):
@@ -93,7 +94,7 @@ class Registry(MutableMapping[str, T]):
         return self._others
 
     def _enter(self, name: str, points: list[EntryPoint]) -> None:
-        """Enter the entry that installed packages offer under a name, or refuse it."""
+        """Enter the entry of installed packages under a name, or reject the entry."""
         assert self._others is not None
         point = points[0]
         owners = [owner(offered) for offered in points]
@@ -119,25 +120,25 @@ class Registry(MutableMapping[str, T]):
 
 
 def owner(point: EntryPoint) -> str:
-    """Return the distribution of an entry point, as `name version`."""
+    """Return the distribution of an entry point: name and version."""
     assert point.dist is not None
     return f"{point.dist.name} {point.dist.version}"
 
 
 def packages() -> set[str]:
-    """Return the names of the other packages that offer entries of any kind."""
+    """Return the names of the installed packages with entries of any kind."""
     return {point.module.partition(".")[0] for point in installed(OURS)}
 
 
 def installed(groups: str) -> list[EntryPoint]:
-    """Return the entry points of installed packages, of groups that begin so.
+    """Return the entry points of installed packages, of groups with a prefix.
 
     Each distribution in the folders of installed packages counts once.
     """
     every = list(distributions(path=places()))
     if not any(_points(distribution, groups) for distribution in every):
-        return []  # and nobody needs the names of all, which take long to read
-    # The first of a name in the order of the path is the one that Python imports.
+        return []  # reading the names of all distributions takes long
+    # Python imports the first distribution of a name in the order of the path.
     by_name = {distribution.name: distribution for distribution in reversed(every)}
     return [
         point
@@ -147,7 +148,7 @@ def installed(groups: str) -> list[EntryPoint]:
 
 
 def _points(distribution: Distribution, groups: str) -> list[EntryPoint]:
-    """Return the entry points of a distribution, of groups that begin with `groups`."""
+    """Return the entry points of a distribution, in groups with the prefix `groups`."""
     points = distribution.entry_points
     return [point for point in points if point.group.startswith(groups)]
 
@@ -160,7 +161,7 @@ def places() -> list[str]:
 def _is_for_packages(path: str) -> bool:
     """Return whether packages are installed into a folder of the path.
 
-    The current folder and those of PYTHONPATH may have any content.
+    The current folder and the folders of PYTHONPATH may have any content.
     """
     usual = {*site.getsitepackages(), site.getusersitepackages()}
     return path in usual or Path(path).name in ("site-packages", "dist-packages")

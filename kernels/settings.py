@@ -1,13 +1,13 @@
-"""Parameters and settings of a study, each described once.
+"""Parameters and settings of a study, with one description each.
 
-A description gives the text, the unit, and the range or the choices. Some demands are
-on several of them together.
+A description gives the text, the unit, and the range or the choices. Some demands
+concern several parameters together.
 
-Every model has its own `Params`. The groups here are common to all models: Schedule,
-WorldSettings, Sensing, Actuation, Breakdowns, Medium, StartSettings and Observation. A
-setting with `choices` is stored in these tuples as the index of its choice. Units are
-written with the words length and time, which a model gives their meaning: px and step,
-or m and s.
+Every model has a class `Params`. The groups here are common to all models: Schedule,
+WorldSettings, Sensing, Actuation, Breakdowns, Medium, StartSettings and Observation.
+The tuples store a setting with `choices` as the index of the choice. Units are written
+with the words length and time. A model defines the units of length and time: px and
+step, or m and s.
 """
 
 import math
@@ -35,13 +35,13 @@ UNITS: tuple[Unit, ...] = get_args(Unit)
 
 
 class About(NamedTuple):
-    """Description of one parameter or setting for users.
+    """Description of a parameter or setting for users.
 
     `exclusive` is True if `low` itself is not allowed. `rule` names the rule whose
     weight the parameter is. `to_goal` is True if this rule leads boids to the goal.
-    `in_steps` is True for a number of steps, so with a shorter time step a larger value
-    is the same time. `whole_steps` is True for a time that must be an integer number of
-    steps. `symbol` is the symbol of the parameter in equations, in LaTeX.
+    `in_steps` is True for a number of steps, so a shorter time step needs a larger
+    value for an equal time. `whole_steps` is True for a time that must be an integer
+    number of steps. `symbol` is the symbol of the parameter in equations, in LaTeX.
     """
 
     text: str
@@ -64,37 +64,37 @@ EachStep = Literal["", "time", "share", "noise"]
 class InParts(NamedTuple):
     """Conversion of a parameter where a step is cut into k shorter ones.
 
-    It follows the About of the parameter, and keeps equations in continuous time the
-    same.
-
-    time    the length of a step, of a model whose equations are continuous in time:
-            it is divided by k
-    share   a fraction that is lost in each step: it becomes 1 - (1 - value)^(1/k), so
-            that the fraction left after k steps stays
-    noise   the width of a random number that is drawn in each step and multiplied by
-            its length: it grows with the square root of k, and the variance that the
-            noise adds in a time stays
-
-    A model without a parameter marked "time" is a map: its step is no part of a
+    The conversion follows the About of the parameter, and preserves equations in
     continuous time.
+
+    time    the length of a step, of a model with equations in continuous time: the
+            value is divided by k
+    share   a fraction that is lost in each step: the value becomes
+            1 - (1 - value)^(1/k), so the fraction left after k steps is equal
+    noise   the width of a random number that is drawn in each step and multiplied by
+            the length of the step: the width grows with the square root of k. The
+            variance that the noise adds in a given time is equal.
+
+    A model without a parameter marked "time" is a map in discrete time.
     """
 
     each_step: EachStep
 
 
 class OnlyWhere(NamedTuple):
-    """Condition under which a setting changes anything; it follows the About.
+    """Condition under which a setting has an effect; placed after the About.
 
-    The `condition` on other settings is an expression as specs have them.
+    The `condition` on further settings is an expression in the syntax of specs.
     """
 
     condition: str
 
 
 class Demand(NamedTuple):
-    """Condition on the settings of every point, and the message where it does not hold.
+    """Condition on the settings of every point, and the message if the condition fails.
 
-    The condition is an expression as specs have them; kernels only carry it.
+    The condition is an expression in the syntax of specs; kernels do not evaluate the
+    expression.
     """
 
     condition: str
@@ -135,8 +135,14 @@ DISC, STAMP = 0, 1
 """Indices of the choices of `footprint`."""
 
 
+RANDOM_OBSTACLES = "map == 'random_obstacles'"
+"""Condition under which a spec describes the obstacles."""
+IN_A_DISC = "start_radius > 0"
+"""Condition under which boids start in a disc."""
+
+
 Places = tuple[tuple[float, float], ...]
-"""Points (x, y) in the order in which they are listed."""
+"""Points (x, y), in the order of the list."""
 
 
 class Schedule(NamedTuple):
@@ -175,10 +181,14 @@ class WorldSettings(NamedTuple):
         OnlyWhere("borders == 'torus'"),
     ]
     n_obstacles: Annotated[
-        int, About("number of obstacles of map random_obstacles", low=0, high=100_000)
+        int,
+        About("number of obstacles of map random_obstacles", low=0, high=100_000),
+        OnlyWhere(RANDOM_OBSTACLES),
     ]
     obstacle_radius: Annotated[
-        float, About("radius of the obstacles of map random_obstacles", "length", low=0)
+        float,
+        About("radius of the obstacles of map random_obstacles", "length", low=0),
+        OnlyWhere(RANDOM_OBSTACLES),
     ]
     obstacle_margin: Annotated[
         float,
@@ -187,6 +197,7 @@ class WorldSettings(NamedTuple):
             "length",
             low=0,
         ),
+        OnlyWhere(RANDOM_OBSTACLES),
     ]
     obstacle_positions: Annotated[
         int,
@@ -195,6 +206,7 @@ class WorldSettings(NamedTuple):
             " uniform on the integer points of the world",
             choices=("continuous", "integer"),
         ),
+        OnlyWhere(RANDOM_OBSTACLES),
     ]
     goal_x: Annotated[float, About("x coordinate of the first goal", "length")]
     goal_y: Annotated[float, About("y coordinate of the first goal", "length")]
@@ -240,10 +252,10 @@ FAILURES = ("stop", "drift", "silent", "blind")
 
 
 class Sensing(NamedTuple):
-    """Sensing model: the neighbours of a boid, and its knowledge of them and of itself.
+    """Sensing model: the neighbours of a boid, and the states that the boid knows.
 
-    See kernels.topology for the neighbours, and kernels.robots.sensing for the
-    knowledge.
+    See kernels.topology for the neighbours, and kernels.robots.sensing for the known
+    states.
     """
 
     neighbours: Annotated[int, NEIGHBOURS]
@@ -297,9 +309,9 @@ class Sensing(NamedTuple):
     own_noise: Annotated[
         int,
         About(
-            "measurement errors in a boid's knowledge of its own state. none: no"
-            " errors; shared: the errors in the messages of the boid; independent:"
-            " separate errors of the same size",
+            "measurement errors in the own state that a boid knows. none: no errors;"
+            " shared: the errors in the messages of the boid; independent: separate"
+            " errors of the same size",
             choices=OWN_NOISES,
         ),
         OnlyWhere(NOISY),
@@ -358,7 +370,7 @@ class Sensing(NamedTuple):
 
 
 class Actuation(NamedTuple):
-    """Motors of a boid, which follow the velocity that the model commands.
+    """Actuation of a boid: limits and errors in following the commanded velocity.
 
     See kernels.robots.actuation.
     """
@@ -416,7 +428,7 @@ class Actuation(NamedTuple):
 
 
 class Breakdowns(NamedTuple):
-    """Failures of boids: how many fail, when and how; see kernels.robots.breakdowns."""
+    """Failures of boids: number, time and kind; see kernels.robots.breakdowns."""
 
     failing_share: Annotated[
         float, About("fraction of the boids that fail", low=0, high=1)
@@ -477,7 +489,7 @@ class Medium(NamedTuple):
 
 
 class Spread(NamedTuple):
-    """Variability of a parameter of a model from robot to robot.
+    """Variability of a model parameter from robot to robot.
 
     `deviation` is the standard deviation of the logarithm of the factors. A value
     beyond `low` or `high` becomes that bound.
@@ -504,7 +516,7 @@ ROBOT_GROUPS = Sensing, Actuation, Breakdowns, Medium
 
 
 class StartSettings(NamedTuple):
-    """Way to draw the initial flock."""
+    """Initial condition of the flock."""
 
     start_positions: Annotated[
         int,
@@ -540,10 +552,12 @@ class StartSettings(NamedTuple):
     start_center_x: Annotated[
         float,
         About("x coordinate of the centre of the disc of initial positions", "length"),
+        OnlyWhere(IN_A_DISC),
     ]
     start_center_y: Annotated[
         float,
         About("y coordinate of the centre of the disc of initial positions", "length"),
+        OnlyWhere(IN_A_DISC),
     ]
     start_radius: Annotated[
         float,
@@ -693,14 +707,14 @@ COMMON: dict[str, Any] = {
     "footprint_radius": 2.0,
     "coverage_cv_ddof": 0,
 }
-"""Values of the settings that most models leave alone.
+"""Values of the settings that most models do not change.
 
-Without `minimum_image` a preset has a torus that is periodic: see
+A preset without `minimum_image` uses minimum images on a torus: see
 `Model.preset_values`.
 """
 
 MOST_PIXELS = 10**8
-"""Maximum number of pixels of a world whose visits are counted."""
+"""Maximum number of pixels of a world with counted visits."""
 PIXELS = (
     Demand(
         f"width / pixel * (height / pixel) <= {MOST_PIXELS}",
@@ -712,7 +726,7 @@ PIXELS = (
         "coverage is counted by pixels, and the world has no room for one",
     ),
 )
-"""Demands of all that counts visits by pixel."""
+"""Demands of all counts of visits by pixel."""
 SPEEDS = Demand(
     "min_speed <= max_speed", "the lower limit of the speed is above the upper one"
 )

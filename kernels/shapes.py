@@ -1,9 +1,9 @@
-"""Shapes of obstacles, as maps and specs have them.
+"""Shapes of obstacles in maps and specs.
 
-A row of five numbers is a disc or a rectangle: x and y of the centre, half width, half
-height, and 1 for a disc (whose half width is its radius) or 0 for a rectangle. Two
-further numbers are the velocity of the obstacle, if it has one of its own. A Polygon
-has any other shape.
+A row of five numbers is a disc or a rectangle. The numbers are x and y of the centre,
+half width, half height, and 1 for a disc or 0 for a rectangle. The half width of a disc
+is the radius. Two further numbers give the velocity of an obstacle with a fixed
+velocity. A Polygon has any further shape.
 """
 
 from collections.abc import Sequence
@@ -19,10 +19,10 @@ Point = tuple[float, float]
 
 
 class Polygon(NamedTuple):
-    """Obstacle by its vertices, in their order round it, in either direction.
+    """Obstacle given by vertices, in order round the border, in either direction.
 
-    A polygon is solid inside. An arena is solid outside, boids are to be in it, and it
-    does not move. `velocity` is None for a polygon without a velocity of its own.
+    A polygon is solid inside. An arena is solid outside, contains the boids and does
+    not move. `velocity` is None for a polygon without a fixed velocity.
     """
 
     vertices: tuple[Point, ...]
@@ -41,7 +41,7 @@ def is_arena(obstacle: Obstacle) -> bool:
 
 
 def velocity_of(obstacle: Obstacle) -> Point | None:
-    """Return the velocity that an obstacle has of its own, None without one."""
+    """Return the fixed velocity of an obstacle; None without a fixed velocity."""
     if isinstance(obstacle, Polygon):
         return obstacle.velocity
     return (obstacle[5], obstacle[6]) if len(obstacle) == 7 else None
@@ -56,14 +56,14 @@ def shapes_of(obstacles: Obstacles) -> tuple[Obstacle, ...]:
 
 
 def checked(obstacles: Obstacles, name: str) -> Obstacles:
-    """Return the obstacles that a map draws, if they are valid.
+    """Return the obstacles of a map after validation.
 
-    Rows become an array if there are no polygons. `name` is the name of the map.
+    Rows become an array if the map has no polygons. `name` is the name of the map.
 
     Raises
     ------
     ValueError
-        If a row or a polygon has another shape, or a number that is not finite.
+        If a row or a polygon has a wrong shape, or a number that is not finite.
     """
     if isinstance(obstacles, np.ndarray) or not polygons_of(obstacles):
         rows = np.asarray(obstacles, np.float64)
@@ -98,7 +98,7 @@ def polygons_of(obstacles: Obstacles) -> list[Polygon]:
 
 
 def numbers_of(obstacles: Obstacles) -> Floats:
-    """Return all numbers of obstacles in a row, by which two draws are compared."""
+    """Return all numbers of obstacles in one array, for comparisons of two draws."""
     parts: list[float] = []
     for one in shapes_of(obstacles):
         if isinstance(one, Polygon):
@@ -120,8 +120,8 @@ def box_of(polygon: Polygon) -> Row:
 def boxes_of(obstacles: Obstacles, width: float, height: float) -> Floats:
     """Return obstacles as discs and rectangles.
 
-    A polygon becomes the rectangle about it. An arena is solid everywhere outside: its
-    rectangle holds all of the world.
+    A polygon becomes the enclosing rectangle. An arena is solid everywhere outside, so
+    its rectangle contains the whole world.
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ def boxes_of(obstacles: Obstacles, width: float, height: float) -> Floats:
 
 
 def corners_of(obstacles: Obstacles) -> Corners | None:
-    """Return the vertices of the polygons among M obstacles, None without polygons."""
+    """Return the vertices of the polygons among M obstacles; None without polygons."""
     if not polygons_of(obstacles):
         return None
     vertices = [

@@ -1,14 +1,15 @@
-"""Stamps: hashes of the code of a function and of all that it uses.
+"""Stamps: hashes of the code of a function and of all definitions it uses.
 
-The stamp of a function covers its own code and that of every definition of ours whose
-name occurs in it, and so on: functions, classes and constants, in whatever file.
-Comments, docstrings, annotations and layout are left out, so that a better explanation
-leaves results valid. A stamp changes with whatever may change a number, and with
-nothing that only others use.
+The stamp of a function covers the code of the function. The stamp also covers every
+definition of `kernels` with a name in this code: functions, classes and constants, in
+any file. The code of these definitions is searched for names in turn. Comments,
+docstrings, annotations and layout are left out, so a better explanation leaves results
+valid. A stamp changes with everything that may change a result of the function, and
+with nothing else.
 
-Ours is `kernels`, whose names are read from the sources: a name that is put together
-while a program runs is not seen. In other packages, and in files of the user, a module
-counts as a whole, with all modules of the package that it imports.
+Names of `kernels` are read from the sources, so a name that a running program composes
+is not found. In custom packages and files, a module counts as a whole, with all
+imported modules of the package.
 """
 
 import ast
@@ -34,48 +35,49 @@ NOT_FOLLOWED = (
 )
 """Definitions that no stamp covers.
 
-They are tables of entries that a trial looks up by name, each of which has a stamp of
-its own; and of compiled code, which is the same wherever it is stored.
+Some definitions are tables of entries that a trial looks up by name; each entry has a
+separate stamp. The remaining definitions store compiled code, which does not depend on
+the place of storage.
 """
 
 
 OURS = "kernels"
-"""Package whose definitions are followed one by one."""
+"""Package with definitions that are followed one by one."""
 QUOTES = ("'", '"', '"""', "'''")
 """Quotes of an f-string, in the order in which Python 3.11 tries them."""
 WHOLE = "*"
-"""Name that stands for a module as a whole.
+"""Name that denotes a module as a whole.
 
-Modules of other packages are not taken apart: their statements may act on each other in
-ways that nobody foresees.
+Modules of custom packages are not split, since their statements may interact in
+unforeseeable ways.
 """
 
 
 ENTRIES = ("MODEL", "METRICS", "MAPS", "STARTS", "SAMPLERS", "FIGURES")
-"""Names of the tables of entries of a module."""
+"""Names of the tables of entries in a module."""
 KINDS = {"Model", "Metric", "Map", "Start", "Sampler", "FigureKind"}
 """Classes of these entries."""
 MODEL = "Model"
 DECLARED = {"publishes", "drives", "goals_in_turn", "shared"}
-"""Fields of a Model on which no number of a trial depends.
+"""Fields of a Model without an effect on any result of a trial.
 
-They declare what its source says. So an author may add them, and stored trials stay
-valid.
+The fields declare facts about the source of the model. So an author may add the fields,
+and stored trials stay valid.
 """
 
 
 class Definition(NamedTuple):
-    """Name at the top of a module; "" stands for the statements that define none."""
+    """Name at the top of a module; "" denotes the statements that define no name."""
 
     module: str
     name: str
 
 
 class StatementContent(NamedTuple):
-    """Code of a statement, the names in it, and its own imports.
+    """Code of a statement, with the names and the imports in the code.
 
-    `names` include the attributes that follow a name. `imported` has the dotted origin
-    of each name that is imported within the statement.
+    `names` include the attributes after a name. `imported` has the dotted origin of
+    each name that the statement imports.
     """
 
     code: str
@@ -86,8 +88,8 @@ class StatementContent(NamedTuple):
 class Statement:
     """Statement at the top of a module.
 
-    Its tree is read when a stamp needs it, as few do. Then it is dropped, since it
-    takes far more memory than the content.
+    The tree is read when a stamp needs the content, which is rare. Then the tree is
+    dropped, since a tree takes far more memory than the content.
     """
 
     def __init__(self, tree: ast.stmt, module: str) -> None:
@@ -110,8 +112,8 @@ class Source:
     """Statements and imports at the top of a module.
 
     `statements` has the statements that define each name, and `imported` the dotted
-    origin of each imported name. `star_imports` are the modules of which everything is
-    imported, by `import *`.
+    origin of each imported name. `star_imports` are the modules of statements `from
+    module import *`.
     """
 
     statements: dict[str, list[Statement]] = field(default_factory=dict)
@@ -123,25 +125,26 @@ class Source:
 def stamp(
     function: Callable[..., Any], of_code: Callable[..., str] | None = None
 ) -> str:
-    """Return the sha256, in hexadecimal, of the code behind a function.
+    """Return the sha256, in hexadecimal, of all code that a function runs.
 
-    The stamp of a partial function covers the numbers and texts that it binds. The
-    stamp of a function that is not ours covers the modules that it reaches, and the
-    numbers and texts that these hold. A function may be compiled or not.
+    The stamp of a partial function covers the bound numbers and strings. The stamp of a
+    custom function covers the imported modules of the package, with their numbers and
+    strings. The function may be compiled or not.
 
     Parameters
     ----------
     function : callable
-        Function at the top of a module, or a partial one.
+        Function at the top level of a module, or a partial function.
     of_code : callable, optional
-        Function that finds the `code_stamp`, such as one that looks it up; by default
+        Function that returns the `code_stamp`, for example from a cache; by default
         `code_stamp`.
 
     Raises
     ------
     ValueError
-        If the function is defined within another one, or if a partial function binds
-        other than numbers and texts. No source has such values.
+        If the function is defined within another function, or if a partial function
+        binds values that are neither numbers nor strings. The source code does not
+        contain these values.
     """
     arguments = ""
     if isinstance(function, partial):
@@ -158,12 +161,12 @@ def stamp(
 
 @cache
 def code_stamp(function: Callable[..., Any]) -> str:
-    """Return the sha256, in hexadecimal, of the code of a function and of all it uses.
+    """Return the sha256 of the code of a function and of all definitions it uses.
 
     Raises
     ------
     ValueError
-        If the function is not at the top of a module.
+                If the function is not at the top level of a module.
     """
     _check_place(function)
     module = function.__module__
@@ -181,7 +184,7 @@ def code_stamp(function: Callable[..., Any]) -> str:
 def text_hash(package: str) -> str:
     """Return the sha256 of all sources of a package and of the version of Python.
 
-    The `code_stamp` of each function of the package follows from both.
+    The `code_stamp` of each function of the package follows from this hash.
     """
     digest = hashlib.sha256(sys.version.encode())
     for name, text in texts_of(package):
@@ -192,7 +195,7 @@ def text_hash(package: str) -> str:
 def texts_of(package: str) -> Iterator[tuple[str, str]]:
     """Yield the name and the text of each source file of a package.
 
-    The texts are those that this process has read. The names are paths within the
+    The texts are the sources that this process has read. The names are paths within the
     package.
     """
     for folder in map(Path, sys.modules[package].__path__):
@@ -206,13 +209,13 @@ def texts_of(package: str) -> Iterator[tuple[str, str]]:
 def note_sources(function: Callable[..., Any]) -> None:
     """Read the sources of all modules that a function may use.
 
-    The function imports them before. A later stamp is then that of the running code,
-    also after an edit of a file.
+    The modules must be imported already. A later stamp is then the stamp of the running
+    code, also after an edit of a file.
 
     Raises
     ------
     ValueError
-        If the function can have no stamp.
+        If the function cannot have a stamp.
     """
     _check_place(function)
     _known_text(function.__module__)
@@ -221,7 +224,7 @@ def note_sources(function: Callable[..., Any]) -> None:
 
 @cache
 def _read_texts(module: str) -> None:
-    """Read the sources of all loaded modules of `kernels` and of one other package."""
+    """Read the sources of all loaded modules of `kernels` and of a custom package."""
     packages = (OURS, module.partition(".")[0])
     for name in list(sys.modules):
         if name.partition(".")[0] in packages:
@@ -229,15 +232,15 @@ def _read_texts(module: str) -> None:
 
 
 def _check_place(function: Callable[..., Any]) -> None:
-    """Raise ValueError if a function is not at the top of a module."""
+    """Raise ValueError if a function is not at the top level of a module."""
     if not at_the_top(function):
         raise ValueError(f"{function} is no function at the top of a module")
 
 
 def values(modules: Iterable[str]) -> str:
-    """Return a hash of the numbers, texts and arrays at the top of modules.
+    """Return a hash of the numbers, strings and arrays at the top level of modules.
 
-    They may come from files, and compiled code holds them.
+    The values may come from files, and compiled code contains the values.
     """
     digest = hashlib.sha256()
     for name in sorted(modules):
@@ -248,7 +251,7 @@ def values(modules: Iterable[str]) -> str:
 
 
 def _is_plain(value: Any) -> bool:
-    """Return whether a value is a number, a text, an array, or a collection of such."""
+    """Return whether a value is a number, a string, an array, or a plain collection."""
     if type(value) in (tuple, list):
         return all(map(_is_plain, value))
     if type(value) is dict:
@@ -272,15 +275,15 @@ def _written(value: Any) -> str:
 
 
 LATER = ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda
-"""Nodes whose content runs when they are called."""
+"""Nodes with code that runs only when called."""
 
 
 @cache
 def _at_once(module: str) -> frozenset[str]:
-    """Return the modules that are imported with one that is not ours, and the module.
+    """Return a custom module and the modules of the package that its import imports.
 
-    Modules that a function imports when it is called are left out. A module of ours has
-    none.
+    Modules that a called function imports are left out. The set of a module of
+    `kernels` is empty.
     """
     package = module.partition(".")[0]
     loaded = set[str]()
@@ -306,7 +309,7 @@ def _at_once(module: str) -> frozenset[str]:
 
 
 def at_the_top(function: Callable[..., Any]) -> bool:
-    """Return whether a function is at the top of a module, as a stamp requires."""
+    """Return whether a function is at the top level of a module, as stamps require."""
     if isinstance(function, partial):
         return at_the_top(function.func)
     plain = getattr(function, "py_func", function)
@@ -316,16 +319,16 @@ def at_the_top(function: Callable[..., Any]) -> bool:
 def _called(module: str) -> str:
     """Return the name of a module in stamps.
 
-    A package may replace its own name there by `__stamped__`.
+    A package may replace the name of the package in stamps by `__stamped__`.
     """
     package, dot, inner = module.partition(".")
     return f"{getattr(sys.modules[package], '__stamped__', package)}{dot}{inner}"
 
 
 def stamp_of_all(*places: Path) -> str:
-    """Return the sha256 of Python sources: of all below folders, or of single files.
+    """Return the sha256 of Python sources: of all files in folders, or single files.
 
-    The hash covers their names and their code.
+    The hash covers the names and the code of the files.
     """
     folders = [place if place.is_dir() else place.parent for place in places]
     return stamp_of_texts(
@@ -345,7 +348,7 @@ def stamp_of_texts(texts: Iterable[tuple[str, str | bytes]]) -> str:
 
 
 def closure(roots: Iterable[Definition]) -> set[Definition]:
-    """Return `roots` and all definitions that they use, directly or through others."""
+    """Return `roots` and all definitions that the roots use, directly or indirectly."""
     closed = set[Definition]()
     waiting = [_as_followed(root) for root in roots]
     while waiting:
@@ -357,16 +360,16 @@ def closure(roots: Iterable[Definition]) -> set[Definition]:
 
 
 def _as_followed(definition: Definition) -> Definition:
-    """Return a definition of ours, or the whole module of another one."""
+    """Return a definition of `kernels` unchanged, else the whole module."""
     ours = definition.module.partition(".")[0] == OURS
     return definition if ours else Definition(definition.module, WHOLE)
 
 
 @cache
 def _used(definition: Definition) -> frozenset[Definition]:
-    """Return the definitions whose names occur in the code of a definition.
+    """Return the definitions with names in the code of a definition.
 
-    A module that is not ours uses all that it imports.
+    A custom module uses everything that the module imports.
     """
     module, name = definition
     source = _read(module)
@@ -389,9 +392,10 @@ def _used(definition: Definition) -> frozenset[Definition]:
 
 
 def _reached(module: str) -> set[Definition]:
-    """Return the modules and definitions of ours that a module imports anywhere.
+    """Return the modules and definitions of `kernels` that a custom module imports.
 
-    The modules are those of its own package.
+    The modules are from the package of the custom module. Imports within functions
+    count too.
     """
     text, _ = _known_text(module)
     nodes = list(ast.walk(_Bare().visit(ast.parse(text))))
@@ -407,7 +411,7 @@ def _reached(module: str) -> set[Definition]:
 
 
 def _aimed(dotted: str, user: str) -> set[Definition]:
-    """Return the definitions of a dotted name that a module not of ours imports."""
+    """Return the definitions of a dotted name that a custom module imports."""
     package = user.partition(".")[0]
     parts = dotted.split(".")
     if parts[0] == OURS:
@@ -424,10 +428,11 @@ def _aimed(dotted: str, user: str) -> set[Definition]:
 def _meant(
     dotted: str, user: str, met: frozenset[str] = frozenset()
 ) -> set[Definition]:
-    """Return the definitions for which a dotted name stands in the module `user`.
+    """Return the definitions that a dotted name denotes in the module `user`.
 
-    There are none where they are not ours. A module without a name stands for all that
-    it defines. `met` are the dotted names on the way, as modules may import each other.
+    The set is empty for packages besides `kernels` and the package of `user`. A module
+    without a name denotes all definitions of the module. `met` are the dotted names on
+    the path so far, since imports of modules may be circular.
     """
     package = dotted.partition(".")[0]
     if package not in (OURS, user.partition(".")[0]) or dotted in met:
@@ -474,7 +479,7 @@ def _read(module: str) -> Source:
 def _known_text(module: str) -> tuple[str, bool]:
     """Return the source of a module, and whether it is a package.
 
-    Raises ValueError where there is no source.
+    Raises ValueError if there is no source.
     """
     source = _found_text(module)
     if source is None:
@@ -484,10 +489,11 @@ def _known_text(module: str) -> tuple[str, bool]:
 
 @cache
 def _found_text(module: str) -> tuple[str, bool] | None:
-    """Return the source of a module, and whether it is a package; None without one.
+    """Return the source of a module, and whether the module is a package, or None.
 
-    The module need not have been imported yet. A package that was built from texts has
-    them as `__sources__`, by the names of its modules.
+    The result is None without a source. The module need not have been imported yet. A
+    package that was built from source texts has the texts as `__sources__`, by module
+    name.
     """
     package, *inner = module.split(".")
     loaded = sys.modules[package]
@@ -506,7 +512,7 @@ def _found_text(module: str) -> tuple[str, bool] | None:
 
 
 def _bound(statement: ast.stmt) -> set[str]:
-    """Return the names that a statement defines, or changes as `NAME[0] = 1` does."""
+    """Return the names that a statement defines, or changes such as `NAME[0] = 1`."""
     bound = set[str]()
     waiting = list[Any]([statement])
     while waiting:
@@ -514,7 +520,7 @@ def _bound(statement: ast.stmt) -> set[str]:
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
             bound.add(node.name)
             continue
-        if isinstance(node, ast.comprehension):  # its names are its own
+        if isinstance(node, ast.comprehension):  # has a separate scope
             continue
         if isinstance(getattr(node, "ctx", None), ast.Store):
             while isinstance(node, ast.Attribute | ast.Subscript):
@@ -525,9 +531,9 @@ def _bound(statement: ast.stmt) -> set[str]:
 
 
 def _imported(nodes: Iterable[ast.AST], module: str) -> Iterator[tuple[str, str]]:
-    """Yield the names that are imported among `nodes`, and their dotted origins.
+    """Yield the imported names among `nodes`, with the dotted origins.
 
-    The name "*" stands for all of a module.
+    The name "*" denotes all names of a module.
     """
     for node in nodes:
         if isinstance(node, ast.Import):
@@ -542,7 +548,7 @@ def _imported(nodes: Iterable[ast.AST], module: str) -> Iterator[tuple[str, str]
 
 
 def _origin(node: ast.ImportFrom, module: str) -> str:
-    """Return the package from which a relative import counts, else "" (absolute)."""
+    """Return the base package of a relative import; "" for an absolute import."""
     if node.level == 0:
         return ""
     _, is_package = _known_text(module)
@@ -552,9 +558,9 @@ def _origin(node: ast.ImportFrom, module: str) -> str:
 
 
 def _names(nodes: Iterable[ast.AST]) -> Iterator[str]:
-    """Yield the names among `nodes`, each with the attributes that follow it.
+    """Yield the names among `nodes`, with the attributes after each name.
 
-    The nodes must go from the outside to the inside.
+    The order of the nodes must be from the outside to the inside.
     """
     within = set[ast.AST]()
     for node in nodes:
@@ -617,10 +623,10 @@ def _is_declared(part: ast.stmt) -> bool:
 
 
 def written_out(tree: ast.AST) -> str:
-    """Return code as text, the same from every version of Python.
+    """Return code as text, identical for all versions of Python.
 
-    The tree is changed. Since 3.12 Python may write the quotes of an f-string within
-    it, too.
+    The function changes the tree. Since Python 3.12 an f-string may contain its own
+    quotes.
     """
     if any(isinstance(node, ast.JoinedStr) for node in ast.walk(tree)):
         tree = _Quoted().visit(tree)
@@ -628,7 +634,7 @@ def written_out(tree: ast.AST) -> str:
 
 
 class _Quoted(ast.NodeTransformer):
-    """Writer of f-strings in quotes that do not occur in them, as in Python 3.11."""
+    """Writer of f-strings with quotes that the f-string lacks, as in Python 3.11."""
 
     def visit_FormattedValue(self, node: ast.FormattedValue) -> ast.AST:
         """Convert the f-strings within a value of an f-string."""
@@ -636,27 +642,26 @@ class _Quoted(ast.NodeTransformer):
         return node
 
     def visit_JoinedStr(self, node: ast.JoinedStr) -> ast.AST:
-        """Replace an f-string by its text, in the first quotes that fit."""
+        """Replace an f-string by its source text, in the first quotes that fit."""
         self.generic_visit(node)
         text = ast.unparse(node)
         outer = text[1:4] if text[1:4] in QUOTES else text[1]
         inner = text[1 + len(outer) : -len(outer)]
         for quote in QUOTES:
             if quote not in inner and (len(quote) == 3 or "\n" not in inner):
-                return ast.Name(f"f{quote}{inner}{quote}")  # is written as it stands
+                return ast.Name(f"f{quote}{inner}{quote}")  # is written unchanged
         return node
 
 
 def _is_constant(statement: ast.stmt) -> bool:
-    """Return whether a statement is a constant alone, such as a docstring."""
+    """Return whether a statement is only a constant, such as a docstring."""
     return isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)
 
 
 def _enters(statement: ast.stmt) -> bool:
     """Return whether a statement fills a table of entries, and computes nothing.
 
-    The descriptions in such a table are no code. Ids cover the facts of an entry that
-    matter.
+    The descriptions in a table are not code. Ids cover the relevant facts of an entry.
     """
     if not (
         isinstance(statement, ast.Assign)

@@ -1,10 +1,10 @@
 """Initial conditions: N positions and N velocities.
 
 To add a start, write a function `(n, settings, world, contact, rng, seed)` that draws a
-flock, and enter it in STARTS. It draws from `rng`, or from another generator that it
-makes from `seed`. `contact` is the Reach with margin 0, which tests quickly if a
-position is inside an obstacle. The function raises RuntimeError where it finds no free
-position.
+flock, and enter the function in STARTS. The function draws from `rng`, or makes a
+generator from `seed`. `contact` is the Reach with margin 0, for quick tests whether a
+position is inside an obstacle. The function raises RuntimeError if no free position is
+found.
 """
 
 import math
@@ -34,11 +34,11 @@ Draw = Callable[[int, StartSettings, World, Reach, Generator, int], Flock]
 
 
 class Start(NamedTuple):
-    """Way to draw the initial flock, and its demands on the other settings.
+    """Method to draw the initial flock, and the demands of the method on settings.
 
-    `text` describes the start and `source` is its origin. If each replicate has a
-    function of its own, these are `by_replicate`, and `draw` is the first of them.
-    `random` is True if flocks are drawn at random.
+    `text` describes the start and `source` is the origin. If each replicate has a
+    separate function, `by_replicate` has all functions, and `draw` is the first
+    function. `random` is True if flocks are drawn at random.
     """
 
     draw: Draw
@@ -212,10 +212,11 @@ def start_opposite(
     rng: Generator,
     seed: int,
 ) -> Flock:
-    """Draw a flock in one quarter of the world, and its last boid in the opposite one.
+    """Draw a flock in a quarter of the world, the last boid in the opposite quarter.
 
-    The flock is in the quarter of the greatest x and y. Velocities equal those of
-    `start_portable`. The positions of that start are drawn too, and then replaced.
+    The flock is in the quarter of the greatest x and y. Velocities equal the velocities
+    of `start_portable`. The positions of `start_portable` are drawn too, and then
+    replaced.
 
     Parameters
     ----------
@@ -303,10 +304,10 @@ def _draw_positions(
 
 @jit
 def _span(settings: StartSettings, center: float, length: float) -> tuple[float, float]:
-    """Return the lower end of the region of the start along one axis, and its extent.
+    """Return the lower end and the extent of the region of the start along one axis.
 
-    The region is the world without its margins, or the part of the disc in it. Integer
-    positions include both ends.
+    The region is the world without margins, or the part of the disc in this region.
+    Integer positions include the two ends.
     """
     margin, radius = settings.start_margin, settings.start_radius
     if radius == 0.0:
@@ -321,8 +322,8 @@ def _is_allowed(
 ) -> bool:
     """Return whether a boid may start at a point.
 
-    The point must be in the disc, where there is one, and free where `start_free`
-    demands it.
+    The point must be in the disc, if a disc is given, and free if `start_free` demands
+    this.
     """
     dx, dy = x - settings.start_center_x, y - settings.start_center_y
     outside = (
@@ -357,9 +358,9 @@ def start_python_random(
 ) -> Flock:
     """Draw the start of the program of aziel_chen2025, draw for draw.
 
-    Random numbers come from `random.Random(seed)` of Python. For each boid x and y are
-    drawn until the position is free. Then follow three draws that the program spends
-    elsewhere, and the heading.
+    Random numbers come from `random.Random(seed)` of Python. For each boid the function
+    draws x and y until the position is free. Three draws follow that the program uses
+    elsewhere, and then the draw of the heading.
 
     Parameters
     ----------
@@ -418,7 +419,7 @@ def start_given(
     _rng: Generator,
     _seed: int,
 ) -> Flock:
-    """Return the flock of a list.
+    """Return the flock of a list of boids.
 
     Parameters
     ----------
@@ -427,7 +428,8 @@ def start_given(
     n : int
         Number of boids of the trial.
     settings : StartSettings
-        `start_speed` is the speed of the boids of which only the heading is listed.
+        `start_speed` is the speed of boids with a listed heading but no listed
+        velocity.
     _world, _contact, _rng, _seed
         Not used.
 
@@ -438,7 +440,7 @@ def start_given(
     Raises
     ------
     RuntimeError
-        If the list has another number of boids.
+        If the list has a different number of boids.
     """
     if n != len(places):
         raise RuntimeError(f"{len(places)} boids are given, and n is {n}")
@@ -453,13 +455,13 @@ def start_given(
 
 
 GIVEN = "places given one by one"
-"""Text of a start whose flock is a list."""
+"""Description of a start with a list of boids."""
 
 
 def given_start(flocks: Sequence[Places], source: str) -> Start:
     """Return the start with the boids of a list, or of one list per replicate.
 
-    All lists have the same number of boids. `source` names the origin of the lists in
+    All lists have equal numbers of boids. `source` names the origin of the lists in
     messages.
     """
     draws = tuple(partial(start_given, places) for places in flocks)
@@ -501,10 +503,13 @@ STARTS = Registry(
     "boidsweep.starts",
     Start,
     {
-        "numpy": Start(start_numpy, "of NumPy", "boidsweep"),
+        "numpy": Start(
+            start_numpy, "random, with NumPy's generator of random numbers", "boidsweep"
+        ),
         "python_random": Start(
             start_python_random,
-            "of aziel_chen2025",
+            "random in the whole world, with the generator of Python, as in the program"
+            " of aziel_chen2025",
             "aziel_chen2025, its program",
             (
                 Demand(
@@ -521,17 +526,18 @@ STARTS = Registry(
         ),
         "portable": Start(
             start_portable,
-            "same bits everywhere",
+            "random, and bitwise identical on all systems",
             "boidsweep",
         ),
         "ordered": Start(
             start_ordered,
-            "portable, one velocity",
+            "as portable, but all boids have the velocity of the first boid",
             "boidsweep",
         ),
         "opposite": Start(
             start_opposite,
-            "portable, one apart",
+            "as portable, but the last boid is in the quarter opposite to the other"
+            " boids",
             "Strombom et al. (2014)",
             (
                 Demand(

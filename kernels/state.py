@@ -1,6 +1,6 @@
-"""Values that enter kernels: the flock and its world.
+"""Inputs of kernels: the flock and the world.
 
-Arrays hold one entry per boid, in index order, unless their shape is stated otherwise.
+Arrays hold one entry per boid, in index order, unless the shape is stated.
 """
 
 import math
@@ -16,9 +16,9 @@ Indices = NDArray[np.uint32]
 Kinds = NDArray[np.int64]
 
 LARGE_FLOCK = 4096
-"""Largest number of boids that the caches near a processor hold."""
+"""Largest number of boids that fit into the caches near a processor."""
 LINE = 64
-"""Bytes that the cache of a processor loads together."""
+"""Bytes of one line of the processor cache."""
 
 
 class Flock(NamedTuple):
@@ -38,11 +38,10 @@ class Flock(NamedTuple):
 class Corners(NamedTuple):
     """Vertices of the polygons among M obstacles.
 
-    The vertices of obstacle m are `x` and `y` from `first[m]` to `first[m + 1]`. There
-    are none where the obstacle is a disc or a rectangle. `first` has the shape (M +
-    1,).
+    The vertices of obstacle m are `x` and `y` from `first[m]` to `first[m + 1]`. A disc
+    or a rectangle has no vertices. `first` has the shape (M + 1,).
 
-    A polygon is solid inside, or outside where `is_arena` (M,).
+    A polygon is solid inside; outside if `is_arena` (M,) is True.
     """
 
     x: Floats
@@ -55,13 +54,13 @@ class World(NamedTuple):
     """Rectangle from (0, 0) to (width, height) with M obstacles.
 
     Arrays of obstacles have the shape (M,). A round obstacle is a disc of radius
-    `half_width`. The other obstacles are rectangles, or polygons with such a rectangle
-    about them. `corners` is None where there is no polygon. With None kernels are
-    compiled without polygons.
+    `half_width`. The remaining obstacles are rectangles, or polygons with an enclosing
+    rectangle. `corners` is None without polygons. With None kernels are compiled
+    without polygons.
 
-    `borders` is OPEN, TORUS or BOUNDED. With `minimum_image` boids see each other
-    across the borders of a torus. The goal is a point that may attract boids, and by
-    which arrivals are measured.
+    `borders` is OPEN, TORUS or BOUNDED. With `minimum_image` boids perceive boids
+    across the borders of a torus. The goal is a point that may attract boids, and the
+    reference of arrivals.
     """
 
     width: float
@@ -89,13 +88,13 @@ def is_large(n: int) -> bool:
 
 
 def laid_out(flock: Flock) -> Flock:
-    """Return the flock in the layout of memory that kernels read fastest.
+    """Return the flock in the memory layout that kernels read fastest.
 
-    Each field of a small flock is an array of its own, and the flock itself is
-    returned. In a large flock the neighbours of a boid are far apart in memory. The
-    time of a search is then the time to load them. So position and velocity of a boid
-    are stored together, in half a line of the cache. The fields of the copy are views
-    of that storage.
+    A small flock has a separate array per field and is returned unchanged. In a large
+    flock the neighbours of a boid are far apart in memory, and loading the neighbours
+    dominates the time of a search. So the copy stores position and velocity of a boid
+    together, in half a line of the cache. The fields of the copy are views of this
+    storage.
     """
     n = flock.x.size
     if not is_large(n):
@@ -108,7 +107,7 @@ def laid_out(flock: Flock) -> Flock:
 
 
 def aligned(shape: tuple[int, int], kind: Any) -> NDArray[Any]:
-    """Return an array of zeros that begins at a line of the cache."""
+    """Return an array of zeros that begins at a line of the processor cache."""
     size = math.prod(shape) * np.dtype(kind).itemsize
     room = np.zeros(size + LINE, np.uint8)
     first = -room.ctypes.data % LINE
@@ -118,10 +117,10 @@ def aligned(shape: tuple[int, int], kind: Any) -> NDArray[Any]:
 
 @jit
 def remember(flock: Flock, seen: Flock) -> None:
-    """Keep the velocities of a flock before a step, and its state in `seen`.
+    """Copy the velocities of a flock before a step, and the flock into `seen`.
 
-    A sequential update passes the flock itself as `seen`; a synchronous one passes
-    another flock, which then holds the copy.
+    A sequential update passes the flock itself as `seen`. A synchronous update passes a
+    second flock, which then holds the copy.
     """
     for i in range(flock.x.size):
         flock.previous_vx[i] = flock.vx[i]

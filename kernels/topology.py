@@ -1,14 +1,14 @@
-"""Choice of neighbours among the boids in sight: all, the k nearest, or Voronoi.
+"""Choice of neighbours among perceived boids: all, the k nearest, or Voronoi.
 
 M. Ballerini et al. (2008), Interaction ruling animal collective behavior depends on
 topological rather than metric distance, PNAS 105, 1232-1237: starlings interact with
-the six or seven nearest. F. Ginelli, H. Chate (2010), Relevance of metric-free
-interactions in flocking phenomena, Physical Review Letters 105, 168103: with the first
-shell of a Voronoi tessellation.
+the six or seven nearest birds. F. Ginelli, H. Chate (2010), Relevance of metric-free
+interactions in flocking phenomena, Physical Review Letters 105, 168103: boids interact
+with the first shell of a Voronoi tessellation.
 
-The boids that count are nearly always among the nearby ones. So a search looks around
-first. It looks at all boids in sight only where the nearby ones do not settle the
-choice.
+The neighbours are nearly always among the nearby boids. So a search reads nearby boids
+first. The search reads all perceived boids only if the nearby boids do not determine
+the choice.
 """
 
 import math
@@ -19,15 +19,15 @@ from kernels.settings import METRIC, NEAREST, Sensing
 from kernels.state import World
 
 UNSETTLED = -1
-"""Number that stands for a choice that the nearby boids do not settle."""
+"""Result if the nearby boids do not determine the choice."""
 NEARBY_A_NEIGHBOUR, NEARBY_OF_VORONOI = 3, 40
-"""Mean numbers of boids within the distance at which a search looks first.
+"""Mean numbers of boids within the distance that a search reads first.
 
-The first is per nearest boid, the second for all Voronoi neighbours. Of 10,000 boids
-that were spread at random fewer than 1 in 1000 had to look further.
+The first number is per nearest boid, the second for all Voronoi neighbours. Of 10,000
+boids at random positions, fewer than 1 in 1000 needed a longer search.
 """
 NOBODY = -1
-"""Index that stands for no boid."""
+"""Index that denotes no boid."""
 
 
 def topology_of(sensing: Sensing, n: int, world: World) -> Topology:
@@ -40,21 +40,21 @@ def topology_of(sensing: Sensing, n: int, world: World) -> Topology:
     n : int
         Number of boids.
     world : World
-        World of the boids; its area gives the distance at which a search looks first.
+        World of the boids; the area gives the distance that a search reads first.
     """
     around = look_around(sensing, n, world.width * world.height)
     return Topology(sensing.neighbours, sensing.nearest, around)
 
 
 def look_around(sensing: Sensing, n: int, area: float) -> float:
-    """Return the distance up to which a search looks first.
+    """Return the distance that a search reads first.
 
     Parameters
     ----------
     sensing : Sensing
         Sensing parameters of the study.
     n : int
-        Number of boids, taken as spread evenly.
+        Number of boids, assumed to be spread evenly.
     area : float
         Area of the world, in squares of the unit of length.
 
@@ -73,23 +73,22 @@ def look_around(sensing: Sensing, n: int, area: float) -> float:
 
 @jit
 def select(near: Near, found: int, around: float) -> int:
-    """Keep the boids that count, in ascending order; return their number.
+    """Keep the neighbours among perceived boids, in ascending order; return the number.
 
     Parameters
     ----------
     near : Near
-        Boids in sight; the ones that do not count are removed.
+        Perceived boids; boids that are not neighbours are removed.
     found : int
         Number of boids in `near`.
     around : float
-        Distance from which on others may be in sight that are not in `near`, in the
-        unit of length.
+        Distance beyond which `near` may lack perceived boids, in the unit of length.
 
     Returns
     -------
     int
-        Number of boids that count. UNSETTLED if boids at `around` or beyond might
-        count; then all of `found` are kept.
+        Number of neighbours. UNSETTLED if boids at `around` or beyond might be
+        neighbours; then all `found` boids are kept.
     """
     if near.topology.kind == NEAREST:
         if found < near.topology.nearest and around < math.inf:
@@ -102,14 +101,14 @@ def select(near: Near, found: int, around: float) -> int:
 
 @jit
 def keep_nearest(near: Near, found: int, count: int) -> int:
-    """Keep the nearest boids, in ascending order; return their number.
+    """Keep the nearest boids, in ascending order; return the number.
 
-    Of boids at the same distance the ones of the lowest index are kept.
+    Lower indices break ties of the distance.
 
     Parameters
     ----------
     near : Near
-        Boids in sight; all but the nearest are removed.
+        Perceived boids; all but the nearest are removed.
     found : int
         Number of boids in `near`.
     count : int
@@ -118,16 +117,16 @@ def keep_nearest(near: Near, found: int, count: int) -> int:
     Returns
     -------
     int
-        The smaller one of `found` and `count`.
+        The minimum of `found` and `count`.
     """
     return _keep_nearest(near, found, count)
 
 
 @jit
 def _keep_nearest(near: Near, found: int, count: int) -> int:
-    """Keep `count` boids of the least distance; return their number.
+    """Keep `count` boids of the least distance; return the number.
 
-    Of boids at the same distance the ones of the lowest index are kept.
+    Lower indices break ties of the distance.
     """
     if found <= count:
         return found
@@ -162,21 +161,21 @@ def _keep_marked(near: Near, found: int) -> int:
 
 @jit
 def _mark_shell(near: Near, found: int, around: float) -> bool:
-    """Mark the Voronoi neighbours of a boid; return whether they are settled.
+    """Mark the Voronoi neighbours of a boid; return whether the choice is final.
 
-    They are not settled if a boid at least at the distance `around` might be another
-    Voronoi neighbour, or part the boid from one.
+    The choice is not final if a boid at least at the distance `around` might be a
+    further Voronoi neighbour, or might separate the boid from a neighbour.
 
-    A boid at the displacement d bounds the Voronoi cell by x.d <= |d|^2 / 2. By
-    inversion, q = d / |d|^2, these half planes become points. The sides of the cell
-    become the corners of the convex hull of these points and of 0, the boid itself. The
-    walk round the hull begins at its farthest corner, the nearest boid. If it does not
-    come back there, 0 is a corner, and the cell has no end: then the other way is
-    walked too. Others at least at `around` have their points within 1 / `around` of 0.
-    They change nothing if this disc is within the hull.
+    A boid at the displacement d bounds the Voronoi cell by x.d <= |d|^2 / 2. Inversion,
+    q = d / |d|^2, turns the half planes into points. The sides of the cell become the
+    corners of the convex hull of the points and of 0, the boid itself. The walk round
+    the hull begins at the farthest corner, the nearest boid. If the walk does not
+    return to its start, 0 is a corner and the cell is unbounded. Then a second walk
+    goes in the opposite direction. Boids at `around` or beyond have points within 1 /
+    `around` of 0. If this disc is within the hull, these boids change nothing.
 
-    Of boids at one position the first counts. A boid at the position of the searching
-    boid counts, and bounds nothing.
+    Of several boids at one position, the first is a neighbour. A boid at the position
+    of the searching boid is a neighbour, and does not bound the cell.
     """
     first = _invert(near, found)
     if first == NOBODY:
@@ -193,7 +192,7 @@ def _mark_shell(near: Near, found: int, around: float) -> bool:
 def _invert(near: Near, found: int) -> int:
     """Fill `near.factor` with 1 / |d|^2, and mark all boids at distance 0.
 
-    Return the nearest of the other boids, NOBODY where there is none.
+    Return the nearest of the remaining boids; NOBODY without remaining boids.
     """
     first = NOBODY
     for k in range(found):
@@ -210,8 +209,8 @@ def _walk(near: Near, found: int, first: int, side: float) -> float:
     """Mark the corners of the hull from `first` on.
 
     The walk is counterclockwise where `side` is 1 and clockwise where it is -1. Return
-    the least distance of 0 from the sides that were walked, and 0 where the walk ends
-    before it comes back to a corner.
+    the least distance of 0 from the visited sides; 0 if the walk ends before it returns
+    to a corner.
     """
     least, corner = math.inf, first
     near.mark[first] = True
@@ -230,10 +229,10 @@ def _walk(near: Near, found: int, first: int, side: float) -> float:
 def _next_corner(near: Near, found: int, corner: int, side: float) -> tuple[int, float]:
     """Return the next corner of the hull, and the distance of 0 from the side to it.
 
-    The walk is at `corner`. The next corner is NOBODY where no point is further round
-    0, by half a turn at most.
+    The walk is at `corner`. The next corner is NOBODY if no point is further round 0,
+    by at most half a turn.
 
-    All other points, and 0, are on the same side of the way to the corner. Of points in
+    All further points, and 0, are on one side of the line to the corner. Of points on
     one line the farthest is the corner.
     """
     from_x, from_y = _inverted(near, corner)

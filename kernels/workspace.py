@@ -1,4 +1,4 @@
-"""Workspace of a model: all that `advance` needs but flock, world and parameters."""
+"""Workspace of a model: inputs of `advance` besides flock, world and parameters."""
 
 import math
 from typing import NamedTuple
@@ -20,19 +20,19 @@ class Workspace(NamedTuple):
     """Grids, states and layers that `advance` reads and changes.
 
     `grid` and `near` find neighbours, `reach` and `occupancy` find obstacles. `before`
-    is the flock before a step, or the knowledge that boids have of it; see
+    is the flock before a step, or the states that boids know of the flock; see
     kernels.robots.sensing.
 
-    `heading_x` and `heading_y` (N,) keep the last velocity that was not zero, at first
-    (1, 0). Models use them if a boid at rest has a heading.
+    `heading_x` and `heading_y` (N,) keep the last nonzero velocity, (1, 0) at first.
+    Models with headings of boids at rest use these arrays.
 
-    `state` (S, N) has the rows of the state of the model in their order. `state_before`
-    holds the state before the step, which `observe` keeps. Both are (0, N) for a model
-    without state. `kind` (N,) has for each boid the index of its kind, 0 where there
-    are none. `robots` are the layers between the model and its boids. `goals` hold to
-    which of several goals each boid goes, see kernels.goals; None where there is one.
-    `motion` moves obstacles; None where none moves. With None kernels are compiled
-    without motion.
+    `state` (S, N) has the state rows of the model, in order. `state_before` holds the
+    state before the step, which `observe` copies. The shape of the two arrays is (0, N)
+    for a model without state. `kind` (N,) has the index of the kind of each boid; 0
+    without kinds. `robots` are the layers between the model and the boids. `goals` hold
+    the present goal of each boid, see kernels.goals; None with a single goal. `motion`
+    moves obstacles; None if no obstacle moves. With None kernels are compiled without
+    motion.
     """
 
     grid: Grid
@@ -64,10 +64,10 @@ def build_workspace(
     goals: Goals | None = None,
     motion: Motion | None = None,
 ) -> Workspace:
-    """Return the workspace of a flock at its start.
+    """Return the workspace of an initial flock.
 
     The workspace keeps `state`, `kind`, `robots`, `senses`, `goals` and `motion`
-    themselves, without a copy.
+    without a copy.
 
     Parameters
     ----------
@@ -76,26 +76,28 @@ def build_workspace(
     world : World
         World of the flock.
     search_range : float
-        Largest distance at which the model searches neighbours, in its unit of length.
+        Largest distance at which the model searches neighbours, in the unit of length.
     topology : Topology
-        Rule of which boids in sight count. The search looks at all of them where the
-        grid has no lists.
+        Rule that selects neighbours among perceived boids. The search reads all boids
+        if the grid has no lists.
     reach : Reach
         Grid of the obstacles that act on a boid.
     occupancy : Occupancy
-        Occupancy grid; the one of `no_occupancy` for a model that uses none.
+        Occupancy grid; the empty grid of `no_occupancy` for a model without an
+        occupancy grid.
     state : Floats
         Rows of the state of the model, shape (S, N).
     kind : Kinds
         Index of the kind of each boid, shape (N,).
     robots : Robots
-        Layers between the model and its boids.
+        Layers between the model and the boids.
     senses : Senses, optional
-        Senses of the boids; by default boids know the true positions and velocities.
+        Sensing layer of the boids; by default boids know the true positions and
+        velocities.
     goals : Goals, optional
         Goals in turn; by default the world has one goal.
     motion : Motion, optional
-        Motion of obstacles; by default none moves.
+        Motion of obstacles; by default no obstacle moves.
 
     Returns
     -------

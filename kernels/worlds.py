@@ -1,9 +1,9 @@
-"""Environment maps: from the settings of a world to its obstacles.
+"""Environment maps: from the settings of a world to the obstacles.
 
-The function `draw(settings, rng)` of a map returns its obstacles. They are an array of
-shape (M, 5): x and y of the centre, half width, half height, and 1 for a disc (whose
-half width is its radius) or 0 for a rectangle. They may also be a sequence of such rows
-and of Polygons. To add a map, write one such function and one entry of MAPS.
+The function `draw(settings, rng)` of a map returns the obstacles. The result is an
+array of shape (M, 5): x and y of the centre, half width, half height, and 1 for a disc
+or 0 for a rectangle. The half width of a disc is the radius. The result may also be a
+sequence of rows and Polygons. To add a map, write a function and an entry of MAPS.
 """
 
 import math
@@ -25,9 +25,9 @@ from kernels.state import Corners, Floats, World
 
 
 class Map(NamedTuple):
-    """Environment map: the function that draws its obstacles, and its source.
+    """Environment map: the function that draws the obstacles, and the source.
 
-    `size` is the width and height of a map that has its own, in `unit`. `random` is
+    `size` is the width and height of a map with a fixed size, in `unit`. `random` is
     True if every trial draws the map again. A map without a unit fits any model.
     """
 
@@ -42,11 +42,10 @@ class Map(NamedTuple):
 def _table(
     x: float, y: float, radius: float, chairs: int, chair: float, distance: float
 ) -> list[list[float]]:
-    """Return a round table and the square chairs round it, as rows of five numbers.
+    """Return a round table and the surrounding square chairs, as rows of five numbers.
 
     The table has the centre (`x`, `y`) and the radius `radius`. Each of `chairs` chairs
-    has the half width `chair` and its centre at `distance` from the centre of the
-    table.
+    has the half width `chair` and a centre at `distance` from the centre of the table.
     """
     angles = [i * 2 * math.pi / chairs for i in range(chairs)]
     seats = [
@@ -78,9 +77,9 @@ def random_obstacles(settings: WorldSettings, rng: np.random.Generator) -> Obsta
 def _drawn(
     low: float, high: float, n: int, positions: int, rng: np.random.Generator
 ) -> Floats:
-    """Draw `n` coordinates uniform between two bounds, or among the integers there.
+    """Draw `n` coordinates, uniform between two bounds or on the integers between.
 
-    Both bounds, cut to integers, are among the integers.
+    The bounds, truncated to integers, are included in the integers.
     """
     if positions == INTEGER:
         return rng.integers(int(low), int(high), n, endpoint=True).astype(np.float64)
@@ -93,7 +92,7 @@ def cafeteria(_settings: WorldSettings, _rng: np.random.Generator) -> Obstacles:
 
 
 TABLE_PLACES = [(x, y) for y in (150, 300, 450) for x in (150, 300, 450, 600)]
-"""Centres of the twelve tables before they are shifted, in px."""
+"""Centres of the twelve tables before the shift, in px."""
 
 
 def dense_cafeteria(_settings: WorldSettings, _rng: np.random.Generator) -> Obstacles:
@@ -220,7 +219,7 @@ class Reach(NamedTuple):
     """Grid of the obstacles that can act at a point.
 
     The indices of the obstacles of cell c are `obstacle[first[c] : first[c + 1]]`,
-    ascending. The grid covers the world. One more cell, the last, is for all points
+    ascending. The grid covers the world. An additional last cell is for all points
     outside and has the indices of all M obstacles. `columns_per_length` and
     `rows_per_length` are cells per unit of length.
     """
@@ -240,7 +239,7 @@ CELLS_AN_OBSTACLE = 4
 
 
 def build_reach(world: World, margin: float) -> Reach:
-    """Return the Reach of obstacles that stay where they are.
+    """Return the Reach of obstacles that do not move.
 
     An obstacle acts up to `margin` beyond its larger half width, in the unit of length.
     """
@@ -251,12 +250,13 @@ def build_reach(world: World, margin: float) -> Reach:
 
 
 def build_moving_reach(world: World, margin: float) -> Reach:
-    """Return the Reach of obstacles that move, entered where they are now.
+    """Return the Reach of moving obstacles at the present positions.
 
-    It has room for the obstacles wherever they are, and `enter_obstacles` enters them
-    again after a move. So cells are about as large as the region in which an obstacle
-    acts, and not many more than obstacles. An obstacle acts up to `margin` beyond its
-    larger half width, in the unit of length. The world has at least one obstacle.
+    The Reach has room for obstacles at any positions, and `enter_obstacles` enters the
+    obstacles again after a move. So a cell is about as large as the region in which an
+    obstacle acts, and the number of cells is not much larger than the number of
+    obstacles. An obstacle acts up to `margin` beyond its larger half width, in the unit
+    of length. The world has at least one obstacle.
     """
     n, longer = world.obstacle_x.size, max(world.width, world.height)
     extent = np.maximum(world.half_width, world.half_height) + margin
@@ -292,17 +292,17 @@ def _filled(world: World, margin: float, reach: Reach, room: int) -> Reach:
 
 @jit
 def enter_obstacles(world: World, margin: float, reach: Reach) -> None:
-    """Enter all obstacles into a Reach where they are now.
+    """Enter all obstacles into a Reach at the present positions.
 
-    Lists are filled from their ends, so that their indices ascend.
+    Lists are filled from the end, so that indices ascend.
 
     Parameters
     ----------
     world : World
         World with the M obstacles.
     margin : float
-        Distance beyond the larger half width of an obstacle up to which it acts, in the
-        unit of length.
+        Distance beyond the larger half width up to which an obstacle acts, in the unit
+        of length.
     reach : Reach
         Grid with room for all entries; its lists are overwritten.
     """
@@ -325,14 +325,15 @@ def enter_obstacles(world: World, margin: float, reach: Reach) -> None:
 
 @jit
 def _enter(reach: Reach, cell: int, m: int) -> None:
-    """Put obstacle `m` before the list of a cell, whose beginning moves down by one."""
+    """Put obstacle `m` before the list of a cell; the start of the list moves by one.
+    """
     reach.first[cell] -= 1
     reach.obstacle[reach.first[cell]] = m
 
 
 @jit
 def _count_entries(world: World, margin: float, reach: Reach) -> None:
-    """Add to `first` of each cell the number of obstacles that are entered into it."""
+    """Add to `first` of each cell the number of obstacles that belong to the cell."""
     for m in range(world.obstacle_x.size):
         left, right, low, high = _touched(world, margin, reach, m)
         for row in range(low, high):
@@ -347,7 +348,8 @@ def _touched(
 ) -> tuple[int, int, int, int]:
     """Return the cells in which obstacle `m` acts, as bounds of columns and of rows.
 
-    The bounds are the first column and the one after the last, then the same of rows.
+    The bounds are the first column, the end of the columns, the first row and the end
+    of the rows. The ends are exclusive.
     """
     x, y = world.obstacle_x[m], world.obstacle_y[m]
     r = (max(world.half_width[m], world.half_height[m]) + margin) * (1 + 1e-9)
@@ -358,7 +360,7 @@ def _touched(
 
 @jit
 def _cells(low: float, high: float, per_length: float, n: int) -> tuple[int, int]:
-    """Return the first and the end of the cells from `low` to `high`, of `n` cells."""
+    """Return the first and the end (exclusive) of the cells from `low` to `high`."""
     if math.isinf(high):
         return 0, n
     return max(0, math.floor(low * per_length)), min(
@@ -368,7 +370,7 @@ def _cells(low: float, high: float, per_length: float, n: int) -> tuple[int, int
 
 @jit
 def reach_cell(reach: Reach, x: float, y: float) -> int:
-    """Return the index of the cell of a Reach at a point, the last one outside.
+    """Return the index of the cell of a Reach at a point; the last cell outside.
 
     Parameters
     ----------
@@ -414,7 +416,7 @@ def _inside(corners: Corners | None, world: World, m: int, x: float, y: float) -
 
 @jit
 def obstacle_distance(world: World, m: int, x: float, y: float) -> float:
-    """Return the distance of a point from the surface of an obstacle, negative inside.
+    """Return the distance of a point from the surface of an obstacle; negative inside.
 
     Parameters
     ----------
@@ -428,8 +430,8 @@ def obstacle_distance(world: World, m: int, x: float, y: float) -> float:
     Returns
     -------
     float
-        Euclidean distance, in the unit of length. Inside a rectangle it is minus the
-        distance to the nearest side.
+        Euclidean distance, in the unit of length. Inside a rectangle the value is minus
+        the distance to the nearest side.
     """
     return _distance(world.corners, world, m, x, y)
 

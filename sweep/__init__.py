@@ -5,26 +5,33 @@ The list has the order of the layers. Each package imports only entries above it
     errors       every error that a user can fix
     text         words for people
     surroundings files of the current folder neither run nor count as settings
+
     method       the entry of a method, and the registry of methods
     analysis/    arrays and tables -> estimates with confidence intervals
     spec/        YAML -> Study, and its schema
-    own_code/    models and more from files beside a spec
-    design/      Study -> points -> jobs, and what they cost
+
+    own_code/    models and more from files next to a spec
+    design/      Study -> points -> jobs, and their cost
     trial/       a job -> a Result: the only access to the kernels
+
     store/       parts, complete or absent; locks; origin
     workers/     jobs in processes, here or on a cluster; limits; checkpoints
     testing/     checks of a model: the requirements that built-in models meet
+
     tables/      stored trials: selected, reported, exported
-    campaigns/   which trials run: those of a design, or those that a method asks for
+    campaigns/   the trials to run: all trials of a design, or requests of a method
     figures/     tables -> figures
+
     methods/     analyses of results: comparison, power, scaling and more
     loaded       a stored study for notebooks and programs
     replays/     a stored trial again: comparison, frames, animation
+
     published/   claims, verdicts, scorecard
-    sharing/     a study for others: one file, citation, description
+    sharing/     a study for other people: one file, citation, description
     web/         the live simulator, as a page and as a widget
+
     explorer/    results as pages: to explore, and as one file for readers
-    cli/         the commands and what they print
+    cli/         the commands and their output
 """
 
 import logging
@@ -118,9 +125,9 @@ def run(
 ) -> "LoadedStudy":
     """Run all missing trials of a study and return its stored results.
 
-    The function does the same as `sweep launch`, and prints nothing.
-    It also runs the variants that `validate` requests. After an interruption the same
-    call resumes: finished trials are stored.
+    The function is equivalent to `sweep launch`, without printed output. The variants
+    that `validate` requests run too. After an interruption a repeated call resumes,
+    because finished trials are stored.
 
     Parameters
     ----------
@@ -169,7 +176,7 @@ def run(
 
     if workers < 0:
         raise ValueError(
-            f"workers: {workers}; allowed: 0, as many as there are cores, or more"
+            f"workers: {workers}; allowed: 0 for one per core, or a number above 0"
         )
     study = _study(spec, code_from)
     studies = with_variants(study)
@@ -200,9 +207,9 @@ def plan(
     results: "str | Location" = "results",
     code_from: str | Path | None = None,
 ) -> "StudyPlan":
-    """Estimate the trials, time and storage of a study without running it.
+    """Estimate the trials, time and storage of a study before any trial runs.
 
-    Custom code runs in a few short trials, which measure its speed.
+    Custom code runs in a few short trials, which measure the speed of the code.
 
     Parameters
     ----------
@@ -211,8 +218,8 @@ def plan(
     workers : int, default 0
         The number of worker processes; 0 for one per core.
     results : str or Location, default "results"
-        The folder of stored studies. A study that records last states resumes from
-        trials that are stored here.
+        The folder of stored studies, or "s3://bucket/prefix". A study that records last
+        states resumes from trials that are stored here.
     code_from : str or Path, optional
         The folder that is searched for custom code, with the folders below it; by
         default custom code is next to the spec.
@@ -349,7 +356,7 @@ def view(
 
 
 def replay(study: "LoadedStudy", trial: str) -> "View":
-    """Run a stored trial again and play it in a widget of a notebook.
+    """Run a stored trial again and play the trial in a widget of a notebook.
 
     Parameters
     ----------
@@ -387,9 +394,9 @@ def show(
 ) -> "Explored":
     """Show the results explorer as a widget of a notebook.
 
-    The explorer is that of `sweep show`: figures, tables, and the trials behind each
-    number, which play. It also reads trials that a launch stores later. Without a front
-    end the widget shows the first figure of the study.
+    The widget has the explorer of `sweep show`: figures, tables, and the trials behind
+    each number, which can be played. The explorer also shows trials that a launch
+    stores later. Without a front end the widget shows the first figure of the study.
 
     Parameters
     ----------
@@ -432,7 +439,7 @@ def pack(
     *,
     force: bool = False,
 ) -> Path:
-    """Write a stored study to one .zip file, as `sweep pack` does.
+    """Write a stored study to one .zip file, like `sweep pack`.
 
     Parameters
     ----------
@@ -477,7 +484,7 @@ def unpack(
     *,
     to: str | Path | None = None,
 ) -> "LoadedStudy":
-    """Store the study of a packed file and load it, as `sweep load` does.
+    """Store the study of a packed file and load the study, like `sweep load`.
 
     No code of the study runs.
 
@@ -561,7 +568,7 @@ def odd(
     *,
     code_from: str | Path | None = None,
 ) -> str:
-    """Return an ODD description of a model and a study, as `sweep odd` prints it.
+    """Return an ODD description of a model and a study, like `sweep odd`.
 
     Parameters
     ----------

@@ -1,19 +1,22 @@
-"""All errors that a user can fix. Any module can import them at no cost.
+"""All errors that a user can fix. Any module can import this module at no cost.
 
-    UserError              one sentence: the value, the allowed values, how to fix it
+    UserError              one sentence: the value, the allowed values and the fix
+
         SpecError          a spec is not valid
         CodeError          custom code cannot be used, or may not run
-        ChoiceError        a study does not have what a user chose
+        ChoiceError        a study does not have the choice of the user
+
         StoreError         results cannot be read or written
-            UnreadableError    a stored file is not a file that a launch writes
+            UnreadableError    a stored file that no launch writes
             UnreachableError   the object store does not answer
-            TooLargeError      a table is larger than the memory of this machine
-        OutputError        a file for the user cannot be written
+            TooLargeError      a table exceeds this machine's memory
+
+        OutputError        an output file cannot be written
         WorkersError       no worker can run a job
         CacheError         no folder can keep compiled kernels
-        FailedTrialsError  more trials have failed than the spec allows
+        FailedTrialsError  more trials failed than the spec allows
 
-A command ends with the `exit_code` of the error and its sentence on stderr.
+A command prints the sentence on stderr and ends with the `exit_code` of the error.
 """
 
 from collections.abc import Sequence
@@ -23,8 +26,9 @@ from typing import Any
 class UserError(Exception):
     """An error that a user can fix: one sentence with the value and the allowed values.
 
-    `reason` is the sentence without the names of the `study` and the `kind` of figure,
-    which are "" if the error concerns none. A list of several reasons names them once.
+    `reason` is the sentence without the name of the `study` and the `kind` of figure. A
+    name is "" if the error concerns no study or no figure. A list of several reasons
+    has each name once.
     """
 
     exit_code = 2
@@ -40,8 +44,8 @@ class UserError(Exception):
 class SpecError(UserError):
     """A mistake in a spec: one sentence that starts with the file and line.
 
-    Several mistakes have one line each, and one error each in `several`. `line` is the
-    number of the line in the file, or 0 if there is none. `place` has the keys and
+    Each of several mistakes has a line of the message, and an error in `several`.
+    `line` is the line number in the file, or 0 without a line. `place` has the keys and
     indices that lead to the mistake.
     """
 
@@ -66,8 +70,8 @@ class SpecError(UserError):
 class CodeError(UserError):
     """Custom code that cannot be used, or that the user has not allowed to run.
 
-    The message names its file and line. `file` is the file that the spec names; the
-    mistake may be in a file that it imports.
+    The message names the file and the line. `file` is the file that the spec names. The
+    mistake may be in an imported file.
     """
 
     def __init__(self, reason: str, file: str = "") -> None:
@@ -80,13 +84,13 @@ class ChoiceError(UserError):
 
 
 class StoreError(UserError):
-    """Results that cannot be read or written, with the file and how to fix it."""
+    """Results that cannot be read or written, with the file and the fix."""
 
 
 class UnreadableError(StoreError):
     """A stored file that no launch has written in this form.
 
-    `wrong` names the defect of the `file`, and `remedy` how to fix it.
+    `wrong` is the defect of the `file`, and `remedy` is the fix.
     """
 
     def __init__(self, file: Any, wrong: str, remedy: str) -> None:
@@ -117,7 +121,7 @@ class OutputError(UserError):
 
 
 class WorkersError(UserError):
-    """Workers that cannot run or report a job, for example because none stays alive."""
+    """Workers that cannot run or report a job, for example because all workers die."""
 
 
 class CacheError(UserError):
@@ -128,6 +132,6 @@ class CacheError(UserError):
 
 
 class FailedTrialsError(UserError):
-    """More failed trials than the spec allows: the first error, and how to fix it."""
+    """More failed trials than the spec allows: the first error, and the fix."""
 
     exit_code = 1

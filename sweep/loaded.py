@@ -1,4 +1,4 @@
-"""A stored study with its analyses, as `sweep.load` and `sweep.run` return it."""
+"""A stored study with its analyses, the result of `sweep.load` and `sweep.run`."""
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
@@ -28,8 +28,9 @@ if TYPE_CHECKING:
 class LoadedStudy(StoredStudy):
     """A stored study for notebooks and programs.
 
-    `trials`, `series`, `heatmaps` and `trajectories` are its tables, each read at its
-    first use. `where` selects trials: every method below then analyses only these.
+    The tables are `trials`, `series`, `heatmaps` and `trajectories`. A table is read at
+    the first use. `where` selects trials: every method then analyses only the selected
+    trials.
 
     Examples
     --------
@@ -41,9 +42,9 @@ class LoadedStudy(StoredStudy):
     def search(self) -> Findings:
         """Findings of a search.
 
-        `candidates`, `winners`, `references`, `differences`, `front` and `against` are
-        tables, each computed at its first use. Raises ChoiceError if the study is not a
-        search, or if `where` has restricted it.
+        The tables are `candidates`, `winners`, `references`, `differences`, `front` and
+        `against`. A table is computed at the first use. Raises ChoiceError if the study
+        is not a search, or if `where` has restricted the study.
         """
         return Findings(self, read_asked(self))
 
@@ -163,7 +164,7 @@ class LoadedStudy(StoredStudy):
 
     @property
     def stopping(self) -> pd.DataFrame:
-        """When and why each point got its last trial, where `replicates` are a rule.
+        """Trials at which adaptive replicates stopped, and the reasons, by point.
 
         See `sweep.methods.adaptive.stopping` for the columns. Raises ChoiceError for a
         study with a fixed number of trials.
@@ -206,8 +207,8 @@ class LoadedStudy(StoredStudy):
             The control parameter; by default the only number that varies next to `n`
             and the parameters that change with `n`.
         burn_in : int, optional
-            Steps at the start of each trial that are left out; by default its first
-            half.
+            Steps at the start of each trial that are left out; by default the first
+            half of the trial.
         confidence : float, default 0.95
             The confidence level.
 
@@ -270,7 +271,7 @@ class LoadedStudy(StoredStudy):
         )
 
     def report(self, name: str, **options: Any) -> Report:
-        """Return the report that a command prints of this study.
+        """Return the report that a command prints for this study.
 
         Parameters
         ----------
@@ -312,7 +313,7 @@ class LoadedStudy(StoredStudy):
         columns: str | Sequence[str] = (),
         force: bool = False,
     ) -> Exported:
-        """Write one table of these trials as a file for other programs.
+        """Write one table of the trials as a file for other programs.
 
         Parameters
         ----------
@@ -352,9 +353,9 @@ class LoadedStudy(StoredStudy):
     def to_xarray(self, table: str = "trials") -> "xr.Dataset":
         """Return a table as arrays with units.
 
-        The dimensions are the axes of the study, `replicate`, and those of the table,
-        such as `frame`. Points that are not a full product of the axes have one
-        dimension, `point`. Values of trials that are not stored are NaN, or "".
+        The dimensions are the axes of the study, `replicate`, and dimensions of the
+        table such as `frame`. Points that are not a full product of the axes have a
+        single dimension, `point`. Values of trials that are not stored are NaN, or "".
 
         Parameters
         ----------
@@ -369,8 +370,7 @@ class LoadedStudy(StoredStudy):
         Raises
         ------
         ChoiceError
-            The table is unknown, none of its rows are stored, or xarray is not
-            installed.
+            The table is unknown, has no stored rows, or xarray is not installed.
 
         Examples
         --------
@@ -418,7 +418,7 @@ class LoadedStudy(StoredStudy):
         Raises
         ------
         ChoiceError
-            Nothing is sampled, or the analysis does not suit the sampler or metric.
+            No axis is sampled, or the analysis does not suit the sampler or metric.
 
         Examples
         --------

@@ -1,13 +1,13 @@
 """The entry of a method, and the registry of methods.
 
 A method is an analysis of the results of a study, such as the search for a level that a
-mean crosses. It is a folder in `sweep/methods`, whose module `method` has its entry,
-METHOD. No other file names a method. A package offers a method as an entry point of the
-group `boidsweep.methods`.
+mean crosses. A built-in method is a folder in `sweep/methods`. The module `method` of
+this folder has the entry, METHOD. No further file names a method. A package offers a
+method as an entry point of the group `boidsweep.methods`.
 
-Methods import many other packages. So the registry finds them by their folders and
-imports them at its first use: every module may loop over methods, and none depends on
-one.
+Methods import many packages. So the registry finds methods by folder, and imports all
+methods at the first use. Every module may loop over methods, and no module depends on a
+method.
 """
 
 import pkgutil
@@ -32,33 +32,33 @@ class Method:
 
     Attributes
     ----------
-    reports
-        Functions that return a `Report` of a stored study, their first argument. Each
-        becomes a command of its name, with its options and its docstring as the help.
-        Lines of the section Examples are commands, which end the help.
-    reports_of_results
-        Functions that return a `Report` of a folder of results, their argument
-        `results`. They choose studies and trials themselves.
-    figures
-        A function that returns kinds of figures by their names. It imports them. A
-        package offers kinds as entry points of the group `boidsweep.figures`.
-    sections
-        A function that returns sections that a spec may have, each a
-        `sweep.spec.section.SpecSection`. It imports them.
-    keep_apart
-        A function of a stored study that returns it with those of its trials apart
-        that nothing is averaged over, such as the phases of a search.
-    directions
-        A function of a stored study that returns the columns of trials that it
-        optimizes, first ones first, each with True if high values are better.
-    status
-        A function of a stored study that returns lines of `sweep status`, by their
-        labels.
-    unfinished
-        A function of a stored study that returns why trials follow that its plan does
-        not have yet, in words, or "" where none do.
-    in_figures
-        Names of the face of the method that `sweep.figures` hands on to notebooks.
+    reports : sequence of callable
+        Functions that return a `Report` of a stored study, the first argument. Each
+        function becomes a command with the name of the function. The parameters become
+        options, and the docstring becomes the help. The lines of the section Examples
+        are commands, which end the help.
+    reports_of_results : sequence of callable
+        Functions that return a `Report` of a folder of results, the argument `results`.
+        Such a function chooses studies and trials.
+    figures : callable
+        Function that imports and returns kinds of figures by name. A package offers
+        kinds as entry points of the group `boidsweep.figures`.
+    sections : callable
+        Function that imports and returns sections that a spec may have, each a
+        `sweep.spec.section.SpecSection`.
+    keep_apart : callable
+        Function that takes and returns a stored study. The result keeps apart groups of
+        trials that no mean may combine, such as the phases of a search.
+    directions : callable
+        Function of a stored study that returns the optimised columns of trials, the
+        most important column first. Each column has True if high values are better.
+    status : callable
+        Function of a stored study that returns lines of `sweep status` by label.
+    unfinished : callable
+        Function of a stored study that returns the reason, in words, for trials that
+        will follow and are not in the plan yet. The result is "" without such trials.
+    in_figures : sequence of str
+        Public names of the method that `sweep.figures` offers to notebooks.
     """
 
     reports: Sequence[Callable[..., Any]] = ()
@@ -74,7 +74,7 @@ class Method:
 
 @cache
 def own_methods() -> Mapping[str, Method]:
-    """Return the built-in methods by their names, without those of packages."""
+    """Return the built-in methods by name, without methods of packages."""
     modules = pkgutil.iter_modules([str(Path(__file__).with_name(FOLDER))])
     names = sorted(module.name for module in modules if module.ispkg)
     return {
@@ -85,7 +85,7 @@ def own_methods() -> Mapping[str, Method]:
 
 @cache
 def methods() -> "Registry[Method]":
-    """Return all methods by their names: built-in, and of installed packages."""
+    """Return all methods by name: built-in methods and methods of packages."""
     from kernels.registry import Registry
 
     return Registry(GROUP, Method, own_methods())

@@ -1,10 +1,11 @@
-"""The current folder is no part of the program: it may contain a stranger's files.
+"""Protection from untrusted files in the current folder.
 
-Python puts it first on `sys.path` of a process that is started with `-m` or `-c`, as
-worker processes and their helpers are. numba and matplotlib look there for settings
-before they look where the user keeps them. What a user asks for stays: an empty entry
-of PYTHONPATH is the current folder, and `python -c` and notebooks have it on
-`sys.path`.
+Python puts the current folder first on `sys.path` if a process starts with `-m` or
+`-c`. Worker processes and their helpers start in this way. numba and matplotlib read
+configuration files in the current folder before the user's configuration files.
+
+Explicit choices of a user stay valid. An empty entry of PYTHONPATH is the current
+folder, and `python -c` and notebooks have the current folder on `sys.path`.
 """
 
 import os
@@ -14,10 +15,10 @@ from contextlib import contextmanager
 from typing import Any
 
 SAFE_PATH = "PYTHONSAFEPATH"
-"""If it is set in the environment, Python adds no folder to `sys.path` by itself."""
+"""Environment variable. If set, Python adds no folder to `sys.path` by itself."""
 OF_NUMBA = ".numba_config.yaml"
 SETTINGS = (OF_NUMBA, "matplotlibrc")
-"""What no process of ours obeys in the current folder."""
+"""Configuration files in the current folder that boidsweep ignores."""
 _changing = threading.Lock()
 _exists = os.path.exists
 _ignored: set[str] = set()
@@ -25,9 +26,10 @@ _ignored: set[str] = set()
 
 @contextmanager
 def safe_path() -> Iterator[None]:
-    """All processes that are started inside run with a safe path, whoever starts them.
+    """Start all processes in this context with a safe path.
 
-    The trackers of multiprocessing and loky get the environment of this process.
+    This includes the trackers of multiprocessing and loky, which inherit the
+    environment of this process.
     """
     with _changing:
         before = os.environ.get(SAFE_PATH)
@@ -41,11 +43,11 @@ def safe_path() -> Iterator[None]:
 
 
 def ignore_settings(*names: str) -> None:
-    """From now on this process finds no settings of these names in the current folder.
+    """Hide configuration files with these names in the current folder from now on.
 
-    matplotlib reads its own when it is imported. numba and numba.cuda do so when they
-    are imported and whenever the environment may have changed. None can be told not to;
-    all ask `os.path.exists` for the bare name.
+    matplotlib reads its configuration file at the import. numba and numba.cuda read a
+    configuration file at the import, and when the environment may have changed. No
+    option prevents this. But each library calls `os.path.exists` with the bare name.
     """
     _ignored.update(names)
     os.path.exists = _exists_elsewhere

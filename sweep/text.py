@@ -1,8 +1,8 @@
-"""Words for people: unknown names, counts, and text that is safe in a terminal.
+"""Text for people: unknown names, counts, and output that is safe in a terminal.
 
-Text for people shows control characters and never sends them, because text may quote a
-file from anyone. A command guards its two streams once, log records pass one filter,
-and tables go through `sweep.cli.terminal`.
+Text for people escapes control characters, because text may quote an untrusted file. A
+command guards stdout and stderr once, log records pass a filter, and tables pass
+through `sweep.cli.terminal`.
 """
 
 import inspect
@@ -20,7 +20,7 @@ MOST_COMPARED = 20_000
 MOST_SENTENCE = 2000
 """Characters of an error."""
 MOST_SHOWN = 200
-"""Characters of a quoted value, which may come from anyone."""
+"""Characters of a quoted value, which may be untrusted."""
 SECTION = re.compile(r"\n\n[A-Z][\w ]*\n-{3,}\n")
 """The beginning of a section of a docstring, such as Parameters."""
 
@@ -39,7 +39,7 @@ def abridged(sentence: str) -> str:
 
 
 def similar(name: str, names: list[str]) -> str:
-    """Return a question that names a similar name, or "" if none is similar.
+    """Return a question with a similar name, or "" without a similar name.
 
     An example is `; did you mean "polarization"?`, which follows an unknown name.
     """
@@ -95,18 +95,18 @@ def installing(extra: str) -> str:
     """Return the command that installs the packages of an extra.
 
     pip reads the list of packages from the installed boidsweep. So the command also
-    works if boidsweep came from a file and no registry has it.
+    works for a boidsweep that was installed from a file and is in no registry.
     """
     return f'pip install "boidsweep[{extra}]"'
 
 
 def so_many(number: int, noun: str) -> str:
-    """Return a count with its noun, such as `1 trial` or `2,000 trials`."""
+    """Return a count with a noun, such as `1 trial` or `2,000 trials`."""
     return f"{number:,} {noun}" + "s" * (number != 1)
 
 
 def numbered(noun: str, number: int, count: int) -> str:
-    """Return the number of a thing with its range, such as `replicate 1 (of 0 to 399)`.
+    """Return a number with its range, such as `replicate 1 (of 0 to 399)`.
 
     Parameters
     ----------
@@ -115,13 +115,13 @@ def numbered(noun: str, number: int, count: int) -> str:
     number : int
         The number of the thing, from 0.
     count : int
-        How many things there are.
+        The total number of things.
     """
     return f"{noun} {number:,} (of 0 to {count - 1:,})"
 
 
 def description_of(documented: Any) -> str:
-    """Return the docstring of an object up to its first section; "" without one."""
+    """Return the docstring of an object up to the first section; "" without one."""
     return SECTION.split(inspect.getdoc(documented) or "", maxsplit=1)[0]
 
 
@@ -129,8 +129,8 @@ def harmless(text: str) -> str:
     r"""Return `text` with each unprintable character as JSON writes it, such as \u001b.
 
     Ends of lines and tabs stay. Unprintable characters are control characters, marks
-    that change the direction of writing, line separators and lone surrogates. JSON
-    stays the same JSON, because such characters occur only in its strings.
+    that change the direction of writing, line separators and lone surrogates. The
+    value of a JSON text does not change, because only strings contain such characters.
     """
     return "\n".join(map(_shown, text.split("\n")))
 
@@ -148,10 +148,10 @@ def _shown(line: str) -> str:
 
 
 class Harmless:
-    """A text stream that makes text harmless and writes it to `stream`.
+    """A text stream that writes harmless text to `stream`.
 
-    rich writes to `rich_proxied_file`, past this guard, because its styles are escapes.
-    Its text is made harmless by `sweep.cli.terminal`.
+    rich writes to `rich_proxied_file` without this guard, because styles are escape
+    sequences. `sweep.cli.terminal` makes the text of rich harmless.
     """
 
     def __init__(self, stream: TextIO) -> None:

@@ -474,7 +474,7 @@ def test_held_out_medians_have_intervals_and_no_reduction_of_variance(
 def test_specs_know_a_new_statistic() -> None:
     assert 'did you mean "median"?' in refusal(MEDIAN.replace("median}", "medain}"))
     sharing = edited(TINY, ("minimize: mean", "minimize: {trimmed: 0.2}"))
-    assert "trimmed needs its share, as in {trimmed: 0.1}" in refusal(
+    assert "trimmed needs a fraction, such as {trimmed: 0.1}" in refusal(
         sharing.replace("{trimmed: 0.2}", "trimmed")
     )
     both = sharing.replace("{trimmed: 0.2}", "{trimmed: 0.2, cvar: 0.1}")

@@ -97,7 +97,7 @@ def test_commands_take_them_as_they_take_ours(folder: Path) -> None:
     assert '"swirl"' in schema
     assert "rightwards" in table
     assert "6 of 6" in verified
-    assert "equal to what is stored" in replayed
+    assert "identical to the stored values" in replayed
     assert "nothing.png" in drawn
     assert len(drawn.splitlines()) > 1
     assert ", estimated from a probe of 90 steps\n" in planned
@@ -208,7 +208,7 @@ def test_a_model_with_state_and_kinds_runs_in_workers(tmp_path: Path) -> None:
     (tmp_path / "spec.yaml").write_text(SPEC_OF_CIRCLES)
     assert "4 done" in said(tmp_path, "launch", "spec.yaml", "--workers", "2").stderr
     verified = said(tmp_path, "verify", "circles", "--fraction", "1").stdout
-    assert "4 of 4 the same" in verified
+    assert "4 of 4 bitwise identical" in verified
     assert f"{4 * 6 * (1 + 7 * 12):,} values of trajectories" in verified
     parts = (tmp_path / "results" / "circles" / "parts").glob("*/trajectories.parquet")
     flights = pd.concat([pd.read_parquet(part) for part in parts])

@@ -199,10 +199,10 @@ def test_numbers_of_numpy_and_pandas_are_numbers_of_a_spec(tmp_path: Path) -> No
 
 
 WRONG = [
-    ({"sweep": {"n": [12, 3 + 4j]}}, "sweep.n[1]: a spec holds only dicts"),
-    ({"fixed": {"n": {12}}}, "fixed.n: a spec holds only dicts"),
-    ({"fixed": {4: 12}}, "fixed: a spec holds only dicts with texts as keys"),
-    ({"seed": np.datetime64("2020-01-01")}, "seed: a spec holds only dicts"),
+    ({"sweep": {"n": [12, 3 + 4j]}}, "sweep.n[1]: a spec has only dicts"),
+    ({"fixed": {"n": {12}}}, "fixed.n: a spec has only dicts"),
+    ({"fixed": {4: 12}}, "fixed: a spec has only dicts with string keys"),
+    ({"seed": np.datetime64("2020-01-01")}, "seed: a spec has only dicts"),
 ]
 
 
@@ -319,7 +319,7 @@ def test_a_plan_and_a_comparison_are_those_of_the_commands(tmp_path: Path) -> No
 def test_what_is_no_text_is_no_name_of_a_study(given: Any, tmp_path: Path) -> None:
     with pytest.raises(sweep.errors.ChoiceError) as error:
         sweep.load(given, tmp_path)
-    wanted = f"study {given} is not allowed: a name of folders below the results"
+    wanted = f"study {given} is not allowed; allowed: names of folders below the"
     assert str(error.value).startswith(wanted)
 
 

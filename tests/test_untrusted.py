@@ -244,7 +244,7 @@ def test_long_texts_that_are_repeated_stay_one_text(tmp_path: Path) -> None:
     )
     pq.write_table(pa.table({"map": text}), tmp_path / "t.parquet")
     assert (tmp_path / "t.parquet").stat().st_size < 10_000
-    assert "has a text of more than 1,000 characters" in refused(
+    assert "has a string of more than 1,000 characters" in refused(
         of_table("t.parquet"), tmp_path
     )
 

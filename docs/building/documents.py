@@ -106,8 +106,11 @@ class Documents:
             for part in parts[::2]
         ]
         caption = r"\g<fence>{code-block} \g<language>\n:caption: \g<name>"
-        named = NAMED.sub(caption, "".join(parts))
-        return TAKEN.sub(lambda found: self._taken(found, page), named)
+        return self.with_chapters(NAMED.sub(caption, "".join(parts)), page)
+
+    def with_chapters(self, text: str, page: str) -> str:
+        """The text of a page, with the chapters of documents that it takes in."""
+        return TAKEN.sub(lambda found: self._taken(found, page), text)
 
     def _taken(self, found: re.Match[str], page: str) -> str:
         path, chapter = found["file"], found["chapter"] or ""

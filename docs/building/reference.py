@@ -1,10 +1,8 @@
-"""Pages of the reference that follow from the program: commands, models, metrics, maps
-and starts, and the columns of tables.
+"""Pages of the reference that follow from the program: commands, metrics, maps and
+starts, and the columns of tables.
 """
 
-import inspect
 import re
-import sys
 from collections.abc import Iterable, Iterator, Sequence
 from enum import Enum
 from typing import Any
@@ -12,18 +10,13 @@ from typing import Any
 import pyarrow as pa
 import typer.main
 
-from kernels.catalogue import Catalogue
 from kernels.metrics import METRICS, Metric
-from kernels.model import Model
-from kernels.models import MODELS
 from kernels.starts import STARTS
 from kernels.worlds import MAPS
 from sweep import cli
 from sweep.cli.app import Group
-from sweep.cli.listing import spreads_text, torus_text
-from sweep.own_code.reading import named_model, study_of
+from sweep.own_code.reading import study_of
 from sweep.spec.recorded import declaration_of
-from sweep.spec.settings import GROUPS, Setting, settings_of
 from sweep.store.rows import (
     heatmaps_schema,
     series_schema,
@@ -41,10 +34,6 @@ record: {metrics: [speed, coverage], series: [coverage], heatmaps: true}
 """
 """The study whose columns are shown."""
 
-GROUP_NAMES = {"parameters": "Parameters of the model"} | {
-    name: f"Parameters of all models: {name}" for name, _ in GROUPS
-}
-
 
 def reference_pages() -> Iterator[tuple[str, str]]:
     """The name and the text of each page."""
@@ -52,9 +41,6 @@ def reference_pages() -> Iterator[tuple[str, str]]:
     yield "reference/metrics", metrics_page()
     yield "reference/maps-and-starts", maps_page()
     yield "reference/columns", columns_page()
-    yield "reference/models/index", models_page()
-    for name, model in MODELS.items():
-        yield f"reference/models/{name}", model_page(name, model)
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
@@ -212,76 +198,6 @@ def maps_page() -> str:
 
 def _map_size(size: tuple[float, float] | None, unit: str) -> str:
     return f"{size[0]:g} x {size[1]:g} {unit}" if size else "any"
-
-
-def models_page() -> str:
-    """The list of models."""
-    rows = [
-        (f"[{name}]({name}.md)", ", ".join(map(code, one.presets)), one.source)
-        for name, one in MODELS.items()
-    ]
-    lines = "".join(
-        f"| {link} | {presets} | {cell(source)} |\n" for link, presets, source in rows
-    )
-    names = "\n".join(MODELS)
-    return (
-        "# Models\n\nA model is the physics of one published work. A preset is one"
-        " complete set of values for all parameters: see [the names of presets]"
-        "(../../explanations/presets.md). A study may also use [a custom model]"
-        "(../../guide/custom-models.md).\n\n"
-        "| model | presets | source |\n| --- | --- | --- |\n"
-        f"{lines}\n```{{toctree}}\n:hidden:\n{names}\n```\n"
-    )
-
-
-def model_page(name: str, model: Model) -> str:
-    """A model: source, equations, presets, and every setting."""
-    module = sys.modules[model.params.__module__]
-    known = named_model(name, code=False)[1]
-    about = inspect.cleandoc(module.__doc__ or "")
-    recorded = ", ".join(map(code, model.metrics))
-    return (
-        f"# {name}\n\n{about}\n\n*Source:* {model.source}. Lengths are in"
-        f" {model.length}, and times in {model.time}. By default a study records"
-        f" {recorded}.\n" + _equations(model) + _settings(name, model, known)
-    )
-
-
-def _equations(model: Model) -> str:
-    return f"\n## Equations\n\n{model.equations.strip()}\n"
-
-
-def _settings(name: str, model: Model, known: Catalogue) -> str:
-    every = settings_of(name, known)
-    settings = every.values()
-    groups = list(dict.fromkeys(setting.group for setting in settings))
-    told = [*torus_text(model), spreads_text(every)]
-    presets = [model.preset_values(preset) for preset in model.presets]
-    return (
-        "\n"
-        + "".join(f"{line}.\n\n" for line in told)
-        + "\n".join(
-            f"## {GROUP_NAMES[group]}\n\n"
-            + table(
-                ["parameter", "", "what it is", "allowed", *map(code, model.presets)],
-                [_setting(one, presets) for one in settings if one.group == group],
-            )
-            for group in groups
-        )
-    )
-
-
-def _setting(setting: Setting, presets: list[dict[str, Any]]) -> list[object]:
-    values = [preset[setting.name] for preset in presets]
-    symbol = f"${setting.symbol}$" if setting.symbol else ""
-    described = [setting.text, setting.allowed(), *map(_value, values)]
-    return [code(setting.name), symbol, *described]
-
-
-def _value(value: object) -> str:
-    if isinstance(value, bool):
-        return str(value).lower()
-    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def columns_page() -> str:

@@ -1,8 +1,8 @@
 """Builds the site: `make docs`. The sources and the site stand in build/.
 
-What is drawn is drawn from trials that are run for it: those of the gallery, and those
-of the pages that show what their own blocks have made. A page names such a picture as
-`/_made/PAGE/...`, a file below the folder in which its blocks have run.
+Figures show trials that the build runs: trials of the gallery, one trial per model, and
+trials of the blocks of a page. A page names the figure of a block as `/_made/PAGE/...`,
+a file below the folder in which the blocks ran.
 """
 
 import os
@@ -18,6 +18,7 @@ from docs.building.api import api_pages
 from docs.building.blocks import BlockError, PageRun, blocks
 from docs.building.documents import ROOT, Documents, read
 from docs.building.gallery import gallery_page
+from docs.building.models import draw_models, model_pages
 from docs.building.reference import reference_pages
 from sweep.cli.topics import GUIDE, ONCE
 from sweep.own_code.reading import study_of
@@ -35,6 +36,8 @@ def pages(documents: Documents) -> Iterator[tuple[str, str]]:
     yield from documents.written()
     yield from reference_pages()
     yield from api_pages()
+    for page, text in model_pages():
+        yield page, documents.with_chapters(text, page)
 
 
 def build(folder: Path = BUILD) -> int:
@@ -50,6 +53,7 @@ def build(folder: Path = BUILD) -> int:
             pool.submit(run_page, path, sources / MADE / page)
             for path, page in shown.items()
         ]
+        draw_models(sources)
         name, text = gallery_page(ROOT / "experiments", folder / "results", sources)
         for one in ran:
             one.result()

@@ -1,14 +1,14 @@
 """Thousands of trials at once, one in each thread of a GPU.
 
-Results are bitwise identical to those of a trial that runs alone.
+Results are bitwise identical to the results of trials that run alone.
 
-    views     parts of large arrays as arrays of their own, for kernels
-    layout    the arrays of many trials side by side in a few large ones
+    views     parts of large arrays, as arrays for kernels
+    layout    the arrays of many trials, side by side in a few large arrays
     kernel    the kernel that advances and measures the trial of a thread
     batch     trials that are sent to a device, advanced there, and brought back
     host      a device that is this processor, for tests and for debugging
-    ptx       PTX of a kernel, and the check that its results are the same
-    assembly  machine code of this PTX
+    ptx       PTX of a kernel, and the check that results are identical
+    assembly  machine code of PTX
     gpu       a device that is a GPU
 
 Only the last three need the extra `gpu`.

@@ -1,10 +1,10 @@
 """Machine code of a GPU, assembled from PTX.
 
-A driver could assemble PTX too. But a driver does not know the PTX of a compiler that
-is newer than the driver itself, while it runs machine code of any toolkit of its major
-version. Also, each process would assemble again. NVIDIA's linker, nvJitLink, needs
-neither a GPU nor its driver. So any machine can test the code that GPUs run. Assembling
-does not change results: PTX says how each operation is rounded.
+NVIDIA's linker, nvJitLink, assembles. A driver could assemble too, with two drawbacks.
+First, a driver does not know the PTX of a newer compiler, but runs machine code of any
+toolkit of equal major version. Second, each process would assemble again. nvJitLink
+needs neither a GPU nor a driver, so that any machine can test the code that GPUs run.
+Assembling does not change results, because PTX states how each operation is rounded.
 """
 
 import hashlib
@@ -19,14 +19,14 @@ from kernels.caching import kept
 from kernels.device.batch import DeviceError
 
 OPTIONS = ("-verbose", "-Xptxas=-v")
-"""Options of the assembler: it reports the resources of its code."""
+"""Options of the assembler: report the resources of the code."""
 TOOLKIT: int = nvjitlink.version()[0]
 """Major version of CUDA of the assembler.
 
-Drivers of earlier versions do not run its code.
+Drivers of earlier versions do not run the code.
 """
 MOST_REGISTERS = 255
-"""Most registers of a thread, of 32 bits each, on any GPU."""
+"""Maximum number of registers of a thread, of 32 bits each, on any GPU."""
 NEEDS = re.compile(
     r"(\d+) bytes stack frame, (\d+) bytes spill stores, (\d+) bytes spill loads"
 )
@@ -34,14 +34,14 @@ REGISTERS = re.compile(r"Used (\d+) registers")
 
 
 class AssemblyError(DeviceError):
-    """Error of the assembler, with its own message."""
+    """Error of the assembler, with the message of the assembler."""
 
 
 class Needs(NamedTuple):
-    """Resources of a thread, as the assembler reports them.
+    """Resources of a thread, as reported by the assembler.
 
-    `stack` is the size of its stack in bytes. `spilled` and `read_back` are the bytes
-    that the code writes there and reads again because registers are lacking (spills).
+    `stack` is the size of the stack in bytes. `spilled` and `read_back` are the bytes
+    that the code writes to the stack and reads again for lack of registers (spills).
     """
 
     registers: int
@@ -60,7 +60,7 @@ class Assembled(NamedTuple):
 def assembled(
     text: str, capability: tuple[int, int], registers: int = MOST_REGISTERS
 ) -> Assembled:
-    """Return the machine code of PTX, which is kept in the folder of kernels.
+    """Return the machine code of PTX, stored in the folder of compiled kernels.
 
     Parameters
     ----------
@@ -69,8 +69,8 @@ def assembled(
     capability : tuple of int
         Compute capability of the GPU, for example ``(9, 0)``.
     registers : int, default MOST_REGISTERS
-        Most registers of a thread. With fewer registers more trials run at once, and
-        each keeps more in memory.
+        Maximum number of registers of a thread. With fewer registers, more trials run
+        at once, and each trial keeps more values in memory.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def assembled(
 def assemble(
     text: str, capability: tuple[int, int], registers: int = MOST_REGISTERS
 ) -> Assembled:
-    """Return the machine code of PTX, assembled now, which takes seconds.
+    """Assemble PTX, which takes seconds, and return the machine code.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def assemble(
     capability : tuple of int
         Compute capability of the GPU.
     registers : int, default MOST_REGISTERS
-        Most registers of a thread.
+        Maximum number of registers of a thread.
 
     Raises
     ------
@@ -136,10 +136,10 @@ def _words(log: NDArray[np.uint8]) -> str:
 
 
 def _needs(log: str) -> Needs:
-    """Return the resources of all functions of a text together.
+    """Return the total resources of all functions of a text, calls included.
 
-    So no call of a function is missed. Usually there is one function, because the
-    compiler inlines all others.
+    The number of registers is the maximum, and the sizes are sums. Usually there is a
+    single function, because the compiler inlines all calls.
     """
     registers = max(map(int, REGISTERS.findall(log)))
     frames = [tuple(map(int, frame)) for frame in NEEDS.findall(log)]

@@ -1,7 +1,8 @@
 """Trials that are sent to a device, advanced there, and brought back.
 
-Results are bitwise identical to those of a trial that runs alone. The kernel consists
-of the same functions, and no trial depends on another. Device lists what a batch needs.
+Results are bitwise identical to the results of trials that run alone. The kernel
+consists of the functions that single trials call, and trials are independent. The class
+Device lists the functions that a batch needs.
 """
 
 from collections.abc import Hashable, Iterator, Sequence
@@ -31,26 +32,25 @@ from kernels.metrics import Metric
 from kernels.recording import FILLED, Frames
 
 FRAMES_THERE = 8
-"""Frames per trial that a device keeps until it measures them."""
+"""Frames per trial that a device keeps before the measurement."""
 FRAME_BYTES = 2**18
-"""Bytes of frames per trial that a device keeps until they are brought back."""
+"""Bytes of frames per trial that a device keeps before the transfer back."""
 BOID_STEPS_A_CALL = 10_000
 """Boid-steps per trial in a call.
 
-A call ends soon, because systems with a screen demand it and other processes wait for
-the device.
+Calls are short, because systems with a screen limit the duration of a call, and more
+processes may wait for the device.
 """
 NARROW = np.dtype(np.int16)
-"""Type of the pixels of a map of visits, if no pixel can have more visits."""
+"""Type of the pixels of a map of visits, if all counts fit."""
 WIDE = np.dtype(np.int32)
-"""Type of the pixels of other maps of visits."""
+"""Type of the pixels of a map of visits, if counts may exceed NARROW."""
 
 
 class Device(Protocol):
     """Runner of kernels of thousands of trials.
 
-    `name` is for people. Calls run one after the other. All methods may raise
-    DeviceError.
+    `name` is for people. Calls run in sequence. All methods may raise DeviceError.
     """
 
     name: str
@@ -62,7 +62,7 @@ class Device(Protocol):
         """Return the program of a kernel."""
 
     def take(self, size: int, kind: Type) -> Any:
-        """Return memory, whose content is arbitrary.
+        """Return memory with arbitrary content.
 
         Parameters
         ----------
@@ -114,9 +114,9 @@ class Device(Protocol):
         program : program
             Result of `load`.
         numbers : sequence of float or int
-            Numbers that all trials get.
+            Numbers for all trials.
         rooms : sequence of memory
-            Memories that all trials get.
+            Memories for all trials.
         count : int
             Number of trials.
         """
@@ -130,13 +130,14 @@ class NoRoomError(Exception):
 
 
 class DeviceError(Exception):
-    """Failure of a device, not of a trial; its work so far is lost."""
+    """Failure of a device, not of a trial; work in progress is lost."""
 
 
 class KeptFrames(NamedTuple):
     """Frames of a trial that a device measured.
 
-    `steps` (F,) are their steps, and `values` (number of metrics, F) the metrics.
+    `steps` (F,) are the steps of the frames. `values` (number of metrics, F) are the
+    metrics.
     """
 
     steps: NDArray[np.int64]
@@ -144,10 +145,10 @@ class KeptFrames(NamedTuple):
 
 
 class Batch:
-    """Trials of one model and one `form` whose first frame was taken.
+    """Trials of equal model and `form`, after the first frame.
 
-    The device measures their frames by `metrics`. If `metrics` is None, frames are
-    brought back call by call. `shared` means that all trials have the same scenery.
+    The device measures the frames by `metrics`. If `metrics` is None, each call
+    transfers frames to the processor. `shared` means that all trials use one scenery.
     """
 
     def __init__(
@@ -205,7 +206,7 @@ class Batch:
 
     @property
     def _most_frames(self) -> int:
-        """Most frames per trial that the device measures."""
+        """Maximum number of frames per trial that the device measures."""
         if self._metrics is None:
             return 0
         return self._left // self.flights[0].record.every + 2
@@ -232,7 +233,7 @@ class Batch:
 
     @property
     def _n_maps(self) -> int:
-        """Number of maps to send: one if all trials have the same pixels."""
+        """Number of maps to send: 1 if all trials share the pixels."""
         first = self.flights[0].record.coverage.visits
         alike = all(flight.record.coverage.visits is first for flight in self.flights)
         return 1 if alike else len(self.flights)
@@ -240,20 +241,19 @@ class Batch:
     def fly(self, device: Device, maps: bool) -> Iterator[list[KeptFrames]]:
         """Run all steps on a device, and yield the frames of each call.
 
-        Afterwards each flight has its final state.
+        Afterwards each trial has the final state.
 
         Parameters
         ----------
         device : Device
         maps : bool
-            Bring the maps of visits back too.
+            Whether to transfer the maps of visits back too.
 
         Yields
         ------
         list of KeptFrames
-            One per trial, only once and at the end, if the device measures frames. Else
-            an empty list per call: then the frames of the flights themselves are
-            filled.
+            If the device measures frames: one item per trial, yielded once at the end.
+            Else an empty list per call, after the frames of the trials are filled.
 
         Raises
         ------
@@ -281,7 +281,7 @@ class _Aboard:
             self.rooms[name] = room
 
     def fly(self, maps: bool) -> Iterator[list[KeptFrames]]:
-        """Run all steps; see Batch.fly."""
+        """Run all steps; see `Batch.fly`."""
         batch = self.batch
         self._enter()
         left = batch._left
@@ -324,7 +324,7 @@ class _Aboard:
         self._call(ENTER)
 
     def _maps(self) -> NDArray[Any]:
-        """Return the maps to send, with the lowest number in obstacles."""
+        """Return the maps to send, with the lowest number in pixels of obstacles."""
         batch = self.batch
         numbers = batch.kernel.maps
         flights = batch.flights[: batch._n_maps]
@@ -339,7 +339,7 @@ class _Aboard:
         return marks
 
     def _bring_frames(self) -> list[KeptFrames]:
-        """Give each flight its frames since the last call; return an empty list."""
+        """Fill each trial with the frames since the last call; return an empty list."""
         self.device.wait()
         brought = [self._bring_block(place) for place in self.batch._frames]
         counts = self._bring_marks()[KEPT]
@@ -356,7 +356,7 @@ class _Aboard:
         return array
 
     def _leave(self, maps: bool) -> None:
-        """Give each flight its final state."""
+        """Write the final state into each trial."""
         batch = self.batch
         layout = self.layout
         sent = layout.room_for_sent()
@@ -396,7 +396,7 @@ def _parts(flight: Flight) -> Parts:
 
 
 def form(flight: Flight, stream: Stream) -> Hashable:
-    """Return what is equal for trials that can run in one batch."""
+    """Return a key that is equal for trials that can run in one batch."""
     return form_of(tree_of(flight, stream), _parts(flight))
 
 

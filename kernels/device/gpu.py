@@ -1,7 +1,7 @@
-"""A device that is an NVIDIA GPU, by the driver's own functions.
+"""A device that is an NVIDIA GPU, by functions of the driver.
 
-Each process has one. Calls begin one after the other, and return before they are
-complete. After an error of the driver this process cannot use the GPU any more.
+Each process has one device. Calls begin in sequence, and return before completion.
+After an error of the driver, the process cannot use the GPU any more.
 """
 
 import ctypes
@@ -21,30 +21,31 @@ from kernels.device.ptx import VERSIONS, NotForDeviceError, ptx_of
 THREADS = 64
 """Threads per block.
 
-A trial needs all registers of a thread, so that few blocks fit.
+A trial needs all registers of a thread, so that few blocks fit on a GPU.
 """
 DONE = driver.CUresult.CUDA_SUCCESS
 NO_ROOM = driver.CUresult.CUDA_ERROR_OUT_OF_MEMORY
 MAJOR = driver.CUdevice_attribute.CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MAJOR
 MINOR = driver.CUdevice_attribute.CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MINOR
 SLEEPS = driver.CUctx_flags.CU_CTX_SCHED_BLOCKING_SYNC.value
-"""A process that waits for the GPU leaves its core to others, which prepare trials."""
+"""Flag by which a process that waits for the GPU frees the core for other work."""
 NAME_LENGTH = 256
 KINDS = {int: ctypes.c_int64, float: ctypes.c_double}
 
 
 class There(NamedTuple):
-    """Memory of a GPU: its address, and the bytes per number."""
+    """Memory of a GPU: the address, and the bytes per number."""
 
     address: int
     itemsize: int
 
 
 class Gpu:
-    """GPU `number` of those that are visible to this process.
+    """GPU `number` among the GPUs that are visible to this process.
 
-    `threads` is the number of threads per block, and `registers` the most registers per
-    thread. Raises DeviceError if there is no such GPU, or its driver is too old.
+    `threads` is the number of threads per block, and `registers` the maximum number of
+    registers per thread. Raises DeviceError if the GPU does not exist, or if the driver
+    is too old.
     """
 
     threads = THREADS
@@ -53,7 +54,7 @@ class Gpu:
     def __init__(self, number: int = 0) -> None:
         try:
             self._ask("cuInit", 0)
-        except RuntimeError as error:  # how cuda.bindings says that it finds no driver
+        except RuntimeError as error:  # cuda.bindings has found no driver
             raise DeviceError(f"no driver of a GPU is found: {error}") from error
         count = self._ask("cuDeviceGetCount")
         if number >= count:
@@ -81,7 +82,7 @@ class Gpu:
     def _begin(self) -> None:
         """Open the context of this process on the GPU.
 
-        It takes memory of the GPU, and questions about the device do not need it.
+        The context takes memory of the GPU. Queries of properties need no context.
         """
         if not self._is_ready:
             self._ask("cuDevicePrimaryCtxSetFlags", self._device, SLEEPS)
@@ -98,8 +99,8 @@ class Gpu:
     def load(self, kernel: Kernel) -> Any:
         """Return the program of a kernel.
 
-        Raises NotForDeviceError if the kernel has no PTX, or one whose results may
-        differ from those of a processor.
+        Raises NotForDeviceError if the kernel has no PTX, or if results of the PTX may
+        differ from the results of a processor.
         """
         self._begin()
         compiled = ptx_of(kernel, self.capability)
@@ -114,7 +115,7 @@ class Gpu:
         return self._programs[key]
 
     def take(self, size: int, kind: Type) -> There:
-        """Return memory, whose content is arbitrary.
+        """Return memory with arbitrary content.
 
         Parameters
         ----------
@@ -133,7 +134,7 @@ class Gpu:
 
     def give_back(self, room: There) -> None:
         """Free memory."""
-        driver.cuMemFree(room.address)  # after an error it goes with the process
+        driver.cuMemFree(room.address)  # after an error, memory is freed at exit
 
     def send(self, array: NDArray[Any], room: There, first: int = 0) -> None:
         """Copy an array into memory of the GPU.
@@ -180,9 +181,9 @@ class Gpu:
         program : function of the driver
             Result of `load`.
         numbers : sequence of float or int
-            Numbers that all trials get.
+            Numbers for all trials.
         rooms : sequence of There
-            Memories that all trials get.
+            Memories for all trials.
         count : int
             Number of trials.
         """
@@ -201,7 +202,10 @@ class Gpu:
         self._ask("cuCtxSynchronize")
 
     def _ask(self, function: str, *arguments: Any) -> Any:
-        """Call a function of the driver, and return its results without the error."""
+        """Call a function of the driver, and return the results without the error code.
+
+        Raises NoRoomError or DeviceError after an error.
+        """
         error, *results = getattr(driver, function)(*arguments)
         if error == NO_ROOM and function == "cuMemAlloc":
             raise NoRoomError("the GPU has no memory left")

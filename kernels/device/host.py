@@ -1,7 +1,6 @@
-"""A device that is this processor.
+"""A device that is this processor, for tests and for debugging.
 
-Trials run as on a GPU, from the same large arrays, but one after the other. It is for
-tests and for debugging.
+Trials run in sequence, from large arrays as on a GPU.
 """
 
 from collections.abc import Callable, Sequence
@@ -36,7 +35,7 @@ class Host:
         return kernel.of_trial
 
     def take(self, size: int, kind: Type) -> NDArray[Any]:
-        """Return memory, whose content is arbitrary.
+        """Return memory with arbitrary content.
 
         Parameters
         ----------
@@ -100,9 +99,9 @@ class Host:
         program : function
             Result of `load`.
         numbers : sequence of float or int
-            Numbers that all trials get.
+            Numbers for all trials.
         rooms : sequence of array
-            Memories that all trials get.
+            Memories for all trials.
         count : int
             Number of trials.
         """
@@ -110,4 +109,4 @@ class Host:
             program(trial, *numbers, *rooms)
 
     def wait(self) -> None:
-        """Return at once, because calls are complete when they return."""
+        """Return at once, because each call returns after completion."""

@@ -1,8 +1,8 @@
-"""The kernel that advances the trial of one thread, and measures its frames.
+"""The kernel that advances the trial of one thread, and measures the frames.
 
-Its text depends on the form of the trials. It builds the named tuples of a trial from
-views of large arrays, and calls the `advance` of the model and the kernels of the
-metrics, which are those of processors.
+The text of the kernel depends on the form of the trials. The kernel builds the named
+tuples of a trial from views of large arrays. Then the kernel calls the `advance` of the
+model and the kernels of the metrics, as a processor does.
 """
 
 import math
@@ -25,14 +25,14 @@ from kernels.recording import FILLED, STEP, Record
 GOING, LOST, ASTRAY = range(3)
 """State of a trial.
 
-It goes on; its numbers are not finite; or its model has not taken the steps that it was
-to take.
+GOING: the trial continues. LOST: the numbers are not finite. ASTRAY: the model has not
+taken the expected number of steps.
 """
 STATE, KEPT = range(2)
 N_MARKS = 2
-"""Marks per trial on a device: its state, and its number of measured frames."""
+"""Marks per trial on a device: the state, and the number of kept frames."""
 TAKE, ENTER, LEAVE = range(3)
-"""Task of a call: take steps, arrange sent arrays side by side, or undo this."""
+"""Task of a call: take steps, arrange sent arrays side by side, or undo that."""
 INTEGERS = np.dtype(np.int64)
 FLOATS = np.dtype(np.float64)
 TABLES = {
@@ -42,10 +42,10 @@ TABLES = {
     "facts": INTEGERS,
     "numbers": FLOATS,
 }
-"""Arrays of a call in addition to those of the trials, and their types of numbers."""
+"""Arrays of a call in addition to the arrays of the trials, with types of numbers."""
 LENGTHS = "count", "n_maps", "n_pixels", "n_frames"
-"""Numbers of trials; of sent maps, 1 or as many as trials; of pixels per map; and of
-frames per trial for which there is room.
+"""Number of trials; of sent maps, 1 or one per trial; of pixels per map; and of frames
+per trial for which there is room.
 """
 SENT = "sent_"
 SENT_MAPS = "sent_maps"
@@ -67,7 +67,7 @@ def blank(values: Any) -> None:
 
 @jit
 def room_for(record: Record, steps: int) -> int:
-    """Return how many of the steps the frames have room for."""
+    """Return the number of steps, at most `steps`, for which frames have room."""
     free = record.frames.step.size - record.progress[FILLED] - 1
     return int(min(steps, free * record.every))
 
@@ -85,11 +85,11 @@ def state_after(going: bool, taken: int, expected: int) -> int:
     Parameters
     ----------
     going : bool
-        Result of the model's `advance`: all numbers are finite.
+        Result of the model's `advance`: whether all numbers are finite.
     taken : int
-        Steps that the model took.
+        Number of steps that the model took.
     expected : int
-        Steps that the model was to take.
+        Number of steps that the model had to take.
     """
     if not going:
         return LOST
@@ -98,7 +98,7 @@ def state_after(going: bool, taken: int, expected: int) -> int:
 
 @jit
 def keep(record: Record, steps_of: Any, count: int) -> int:
-    """Note the steps of the filled frames, clear the frames, and return the count.
+    """Note the steps of the filled frames, clear the frames, and return the new count.
 
     Parameters
     ----------
@@ -120,10 +120,10 @@ class Kernel:
     """Kernel for a device: the `text` of a function for trials of one form.
 
     `model` advances the trials, `measures` are the kernels of metrics, and `maps` names
-    the type of the pixels of their maps.
+    the type of the pixels of maps.
 
-    The function gets `numbers`, which include `n_integers` and `n_floats` numbers of
-    the layout, and `arrays`, each of one axis.
+    The arguments of the function are `numbers` and `arrays`. The numbers include
+    `n_integers` and `n_floats` numbers of the layout. Each array has one axis.
     """
 
     model: Model
@@ -137,26 +137,26 @@ class Kernel:
 
     @property
     def numbers(self) -> dict[str, type]:
-        """Names of the numbers that the function gets, in order, and their types."""
+        """Names and types of the numbers that the function gets, in order."""
         common = (f"{GIVEN}{k}" for k in range(self.n_integers))
         integers = dict.fromkeys(("task", "steps", *LENGTHS, *common), int)
         return integers | {f"{ALIKE}{k}": float for k in range(self.n_floats)}
 
     @property
     def arrays(self) -> dict[str, Type]:
-        """Names of the arrays that the function gets, in order, and their types."""
+        """Names and types of the arrays that the function gets, in order."""
         sent = {f"{SENT}{name}": kind for name, kind in self.types.items()}
         return self.types | sent | {SENT_MAPS: self.types[self.maps]} | TABLES
 
     @property
     def stamp(self) -> str:
-        """Hash of the code that the function is compiled from."""
+        """Hash of the code from which the function is compiled."""
         return stamp_of_made(self.model.advance, *self.measures)
 
     def function(self, begin: str, **known: Any) -> Callable[..., None]:
-        """Return the function that begins with given lines.
+        """Return the function that begins with the lines `begin`.
 
-        `begin` names the function and its arguments, and `known` are more globals.
+        `begin` names the function and the arguments, and `known` are more globals.
         """
         scope: dict[str, Any] = {
             "__name__": self.model.advance.__module__,
@@ -178,13 +178,14 @@ class Kernel:
 
     @cached_property
     def of_trial(self) -> Callable[..., None]:
-        """Function of the number of a trial, of `numbers` and of `arrays`."""
+        """Function of the index of a trial, of `numbers` and of `arrays`."""
         return self.function(f"def fly(trial, {self._arguments}):")
 
     def of_thread(self, cuda: Any) -> Callable[..., None]:
         """Return the function of a thread of a GPU, of `numbers` and `arrays`.
 
-        It runs the trial that has the number of the thread. `cuda` is numba's module.
+        The function runs the trial with the index of the thread. `cuda` is the module
+        of numba.
         """
         begin = f"""def fly({self._arguments}):
     trial = cuda.grid(1)
@@ -209,7 +210,7 @@ def kernel_of(
     ----------
     model : Model
     measures : tuple of function or None
-        Kernels of metrics. With None, frames stay in memory as long as there is room.
+        Kernels of metrics. With None, frames stay in memory while there is room.
     layout : Arrangement
         Layout of the trials.
     maps : int
@@ -275,7 +276,7 @@ def _text(
 
 
 def _turned(layout: Arrangement, copying: str) -> str:
-    """Return calls that copy each type of numbers between both arrangements."""
+    """Return calls that copy each type of numbers between the two arrangements."""
     return "; ".join(
         copying.format(
             sent=f"view({SENT}{numbers}, trial * {size}, 1, ({size},))",

@@ -1,18 +1,19 @@
-"""The arrays of many trials side by side, in a few large ones.
+"""The arrays of many trials, side by side in a few large arrays.
 
-A kernel gets a trial as a tree of named tuples, whose leaves are arrays and numbers.
-The trees of trials in one batch differ in their leaves alone. All arrays of one type of
-numbers are in one large array of T trials. The start and the stride of a leaf give its
-elements there:
+A kernel gets a trial as a tree of named tuples, with arrays and numbers as leaves. The
+trees of trials in one batch differ in the leaves alone. Each type of numbers has one
+large array for the arrays of T trials. The start and the stride of a leaf define the
+elements of the leaf there. A large array has up to three areas.
 
-    side by side    element e of the leaf of trial t is at row e, column t: threads that
-                    read the same element of their trials read one piece of memory
-    once for all    fixed parts, such as a world, if all trials have the same
-    one by one      fixed parts, if they differ; and maps, of which a thread reads
-                    pixels that lie together
+Side by side: element e of the leaf of trial t is at row e, column t. Threads that read
+an element of equal index read one contiguous piece of memory.
 
-Frames and maps are rooms: their memory starts with arbitrary content, and nothing is
-sent to it first.
+Once for all: fixed parts, such as a world, if all trials share the parts.
+
+One by one: fixed parts that differ between trials, and maps. A thread reads adjacent
+pixels of a map.
+
+Frames and maps are rooms: the memory starts with arbitrary content, without a transfer.
 """
 
 import hashlib
@@ -29,7 +30,7 @@ Array = NDArray[Any]
 Type = np.dtype[Any]
 
 NUMBERS = ("f8", "i8", "u8", "i4", "u4", "i2", "u1", "b1")
-"""Types of numbers of the arrays of trials, and of fields of their records."""
+"""Types of numbers of the arrays of trials, and of fields of records."""
 GIVEN = "given"
 """Prefix of the names of integers that are equal in all trials: given0, given1, ...
 
@@ -43,8 +44,8 @@ class Leaf(NamedTuple):
     """Properties of a leaf that are equal for all trials of a batch.
 
     `kind` is "array", "float", "int" or "bool". `type` is the type of numbers of an
-    array, and `axes` its number of axes. `place` is that of the first leaf that is the
-    same array.
+    array, and `axes` the number of axes. `place` is the index of the first leaf that is
+    the identical array.
     """
 
     kind: str
@@ -59,7 +60,7 @@ class Leaf(NamedTuple):
 
 
 def name_of(kind: Type) -> str:
-    """Return the name of the large array of numbers, or records, of a type."""
+    """Return the name of the large array for numbers, or records, of a type."""
     if kind.names is None:
         return str(kind.str[1:])
     return f"record{hashlib.sha256(repr(kind).encode()).hexdigest()[:8]}"
@@ -69,8 +70,8 @@ def name_of(kind: Type) -> str:
 class Tree:
     """Form of a tree.
 
-    `text` is an expression that builds a tree, with `{}` for each of the `leaves` and a
-    name for each of the `classes`.
+    `text` is an expression that builds a tree, with `{}` per item of `leaves` and a
+    name per item of `classes`.
     """
 
     text: str
@@ -88,11 +89,11 @@ def leaves_of(tree: object) -> Iterator[Any]:
 
 
 class Parts(NamedTuple):
-    """Parts of a tree with rules of their own; they are tuples or arrays in it.
+    """Tuples and arrays of a tree with special rules.
 
-    Arrays of `fixed` may have other shapes in another trial, and are not brought back.
-    They do not change, or follow from the step, such as moving obstacles. Arrays of
-    `loose` may have other shapes, too. Numbers directly in `common` tuples are equal in
+    Arrays of `fixed` may differ in shape between trials, and are not brought back:
+    fixed arrays are constant, or follow from the step, such as moving obstacles. Arrays
+    of `loose` may differ in shape too. Numbers directly in `common` tuples are equal in
     trials of one form.
     """
 
@@ -115,7 +116,7 @@ class _Ids(NamedTuple):
 
 
 def form_of(tree: object, parts: Parts) -> Hashable:
-    """Return what is equal for trees that can share a batch."""
+    """Return a key that is equal for trees that can share a batch."""
     form: Hashable = _form(tree, parts.ids(), {}, False)
     return form
 
@@ -132,7 +133,7 @@ def _form(tree: object, ids: _Ids, known: dict[int, int], common: bool) -> Any:
 
 
 def described(tree: object) -> Tree:
-    """Return the form of a tree; raise TypeError for values that no device has."""
+    """Return the form of a tree; raise TypeError for a type that no device supports."""
     leaves = list[Leaf]()
     known = dict[int, int]()
     classes = dict[type, str]()
@@ -176,7 +177,7 @@ def _leaf(value: Any, same: int) -> Leaf:
 class Space(NamedTuple):
     """Array that a device makes, of this `shape` per trial.
 
-    `type` is the type of its numbers. `beside` means that trials lie side by side.
+    `type` is the type of the numbers. `beside` means that trials are side by side.
     """
 
     shape: tuple[int, ...]
@@ -197,9 +198,9 @@ class Space(NamedTuple):
 class Block(NamedTuple):
     """Location of the arrays of all trials at one place of the tree.
 
-    They begin at element `first` of the large array `numbers`, one trial after the
-    other, as an array of `shape` (T, ...). `view` is the text by which a kernel reads
-    the array of its trial.
+    The arrays begin at element `first` of the large array `numbers`. Trial follows
+    trial, as in an array of `shape` (T, ...). `view` is the expression by which a
+    kernel reads the array of a trial.
     """
 
     numbers: str
@@ -212,17 +213,16 @@ class Block(NamedTuple):
 class Arrangement:
     """Layout of T trials.
 
-    `types` are the types of numbers of the large arrays by name, and `sizes` their
-    numbers of elements. `rows` are the numbers of elements per trial that lie side by
-    side and are sent, and `names_of_rows` the names by which a kernel reads these
-    numbers.
+    `types` are the types of numbers of the large arrays by name, and `sizes` the
+    numbers of elements. `rows` are the numbers of elements per trial that are side by
+    side and are sent. `names_of_rows` are the names of these numbers in a kernel.
 
     `common_integers` are equal in all trials: integers of the trees, and starts and
     lengths of arrays. `common_floats` are floats that are equal. `facts` (F, T) are
     integers that differ, and `numbers` (S, T) floats that differ.
 
-    `text` is the form of the tree with the text that a kernel reads for each leaf.
-    `blocks` are the rooms that lie one by one, by place.
+    `text` is the form of the tree, with an expression of a kernel for each leaf.
+    `blocks` are the rooms in the area "one by one", by place.
     """
 
     count: int
@@ -244,8 +244,7 @@ class Arrangement:
     def bytes(self) -> int:
         """Bytes of memory of a device for all trials.
 
-        They are those of the large arrays, of the arrays that are sent, and of the
-        tables.
+        The sum includes the large arrays, the arrays that are sent, and the tables.
         """
         sizes = self.sizes.items()
         held = sum(self.types[name].itemsize * size for name, size in sizes)
@@ -253,7 +252,7 @@ class Arrangement:
         return held + sent * self.count + self.facts.nbytes + self.numbers.nbytes
 
     def sent(self, trees: Sequence[object]) -> dict[str, Array]:
-        """Return the elements that lie side by side, by type of numbers.
+        """Return the elements that are side by side, by type of numbers.
 
         The arrays are (T, rows); a device transposes them.
         """
@@ -273,7 +272,7 @@ class Arrangement:
         }
 
     def apart(self) -> Iterator[tuple[str, int, Array]]:
-        """Yield all other arrays: type of numbers, first element, array."""
+        """Yield the arrays that are not side by side: type, first element, array."""
         return iter(self._apart)
 
     def bring(self, sent: dict[str, Array], trees: Sequence[object]) -> None:
@@ -282,7 +281,7 @@ class Arrangement:
         Parameters
         ----------
         sent : dict of array (T, rows)
-            Arrays by type of numbers, as `sent` returns them.
+            Arrays by type of numbers, as returned by the method `sent`.
         trees : sequence of tuple
             Trees of the trials. Arrays that are not writeable stay unchanged.
         """
@@ -309,7 +308,7 @@ def lay_out(
     parts : Parts
         Parts of the first tree.
     shared : bool
-        Fixed arrays are the same objects in all trees.
+        Whether fixed arrays are identical objects in all trees.
     rooms : dict of Space
         Arrays that the device makes instead of leaves, by place.
     """
@@ -331,7 +330,7 @@ def lay_out(
 
 
 def _is_common(tree: object, ids: _Ids, common: bool) -> Iterator[bool]:
-    """Yield whether a leaf is a number that trials of one form share."""
+    """Yield, per leaf, whether trials of one form share the number."""
     if isinstance(tree, tuple):
         for part in tree:
             yield from _is_common(part, ids, id(tree) in ids.common)
@@ -367,7 +366,7 @@ class _Builder:
         values : tuple of float, int or bool
             Value per trial.
         is_common : bool
-            All trials have the same value.
+            Whether all trials have an equal value.
         """
         test = " != 0" if kind == "bool" else ""
         is_float = kind == "float"
@@ -420,7 +419,7 @@ class _Builder:
             self._sent.append((place, numbers, start))
 
     def _own(self, values: tuple[Array, ...]) -> str:
-        """Return the words of the shape that each trial has for itself."""
+        """Return the expression of a shape that differs from trial to trial."""
         row = len(self._facts)
         axes = values[0].ndim
         self._facts += zip(*(array.shape for array in values), strict=True)
@@ -432,7 +431,7 @@ class _Builder:
         Parameters
         ----------
         place : int
-            Place of the leaf that it replaces.
+            Place of the leaf that the array replaces.
         room : Space
             Shape and type of the array.
         """
@@ -445,7 +444,7 @@ class _Builder:
             self._rooms.append((place, room, where))
 
     def _beside(self, numbers: str, shape: tuple[int, ...]) -> int:
-        """Add a view of an array that lies side by side; return its first row."""
+        """Add a view of an array that is side by side; return the first row."""
         start = self._rows.get(numbers, 0)
         where = self._view(numbers, "{0} * count + trial", "count", shape)
         self._integers[where] = start
@@ -459,10 +458,10 @@ class _Builder:
         shape: tuple[int, ...],
         unknown: int = 1,
     ) -> int:
-        """Add the words of a view that is equal in all trials.
+        """Add the expression of a view that is equal in all trials.
 
-        Returns the index of the first common integer of the view. The words `begin`
-        name the first integers, of which `unknown` are set later.
+        Returns the index of the first common integer of the view. The expression
+        `begin` names the first integers, of which `unknown` are set later.
         """
         first = len(self._integers)
         self._integers += [*[0] * unknown, *shape]
@@ -473,7 +472,7 @@ class _Builder:
         return first
 
     def layout(self) -> Arrangement:
-        """Return the layout, after all leaves are added."""
+        """Return the layout after the addition of all leaves."""
         rows = dict(self._rows)
         names = dict[str, str]()
         for numbers, size in rows.items():

@@ -1,23 +1,25 @@
-"""PTX, the text of the instructions of an NVIDIA GPU, to which a kernel is compiled.
+"""PTX, the instructions of an NVIDIA GPU as text, to which a kernel is compiled.
 
-Neither a GPU nor its driver is needed, so that any machine can run the tests. Results
-of a trial are bitwise identical to those of a processor if three things hold:
+Compilation needs neither a GPU nor a driver, so that any machine can run the tests.
+Results of a trial are bitwise identical to the results of a processor under three
+conditions:
 
-- Each operation is that of IEEE 754, rounded to the nearest number. PTX has them.
-- No multiplication is fused with an addition (`fma`), which rounds once where a
-  processor rounds twice. An option of the compiler ensures it.
-- No function is called that rounds in its own way. The sine of NVIDIA's library does:
-  it has fused operations whatever the option says.
+- Each operation follows IEEE 754, rounded to the nearest number. PTX has these
+  operations.
+- No multiplication is fused with an addition. A fused operation (`fma`) rounds once,
+  and a processor rounds twice. An option of the compiler excludes fused operations.
+- No called function rounds differently. The sine of NVIDIA's library does round
+  differently: the option does not exclude the fused operations of the library.
 
-So `Compiled.refusal` looks for violations.
+`Compiled.refusal` reports violations.
 
-A kernel is compiled from the text that processors have. This text calls some
-instructions of a processor, and functions to which numba-cuda gives another meaning.
-HERE has substitutes for them. It has `max` and `min` because those of the library treat
-NaN, and zeros of both signs, in another way than Python.
+A kernel is compiled from the source code for processors. The source code calls some
+instructions of a processor, and functions to which numba-cuda gives a different
+meaning. HERE lists substitutes, also for `max` and `min`: the library and Python
+differ for NaN, and for zeros of different signs.
 
-PTX is kept in the folder of compiled kernels. numba-cuda asks a driver for the kind of
-GPU; `_answered` answers it.
+The folder of compiled kernels stores PTX. numba-cuda asks a driver for the compute
+capability; `_answered` gives the answer.
 """
 
 import hashlib
@@ -60,8 +62,8 @@ CAPABILITY = (9, 0)
 OPTIONS = {"opt": 3, "fma": 0, "ftz": 0, "prec-div": 1, "prec-sqrt": 1}
 """Options of the compiler.
 
-They exclude fused operations, keep subnormal numbers, and round division and square
-root to the nearest number.
+The options exclude fused operations, keep subnormal numbers, and round division and
+square root to the nearest number.
 """
 
 
@@ -120,21 +122,21 @@ HERE: tuple[tuple[Any, Callable[..., Any]], ...] = (
         )
     ),
 )
-"""Functions that kernels call, and those that a GPU calls instead.
+"""Functions that kernels call, each with the function that a GPU calls instead.
 
-Four numbers side by side are four numbers on a GPU, as in the interpreter.
+On a GPU, as in the interpreter, four numbers side by side are four single numbers.
 """
 
 
 FUSED = re.compile(r"\bfma\.\S+|\bmad\.\S*b?f\d+\S*")
 FUSIBLE = re.compile(r"\b(?:add|sub|mul)\.f\d+\b")
-"""Operations that do not say how they round: an assembler may fuse them."""
+"""Operations without a rounding mode, which an assembler may fuse."""
 SIGNED = re.compile(
     r"\bmin\.f64[^;]*\b0d0000000000000000|\bmax\.f64[^;]*\b0d8000000000000000"
 )
-"""The smaller of a number and 0, and the larger of a number and -0.
+"""Minimum of a number and 0, and maximum of a number and -0.
 
-A GPU orders 0 above -0, where a processor takes the first of the two.
+A GPU orders 0 above -0, and a processor takes the first argument.
 """
 ROUGH = re.compile(r"\b\w+(?:\.\w+)*\.(?:approx|full|ftz)\b")
 CALL = re.compile(r"^\s*call(?:\.uni)?\s+(?:\([^)]*\),\s*)?([\w$]+)", re.MULTILINE)
@@ -143,14 +145,14 @@ REMAINDER = re.compile(r"\bfrem\b")
 REMAINDERS = "// remainders of floats: "
 """Beginning of the first line of a text, before the number of remainders of floats.
 
-A processor has the exact remainder of two floats. A GPU would use the truncated
-quotient. PTX does not show it, so this line does.
+A processor computes the exact remainder of two floats. A GPU would use the truncated
+quotient. PTX does not show remainders, so the first line reports the number.
 """
 ENTRY = re.compile(r"\.entry\s+([\w$]+)\(")
 
 
 class NotForDeviceError(DeviceError):
-    """Error of a model without PTX, or whose results may differ; with the reason."""
+    """Error of a model without PTX or with results that may differ; with the reason."""
 
 
 class Compiled(NamedTuple):
@@ -166,7 +168,7 @@ class Compiled(NamedTuple):
 
     @property
     def refusal(self) -> str:
-        """Reason why results may differ from those of a processor; "" if none."""
+        """Reason why results may differ from the results of a processor, or ""."""
         own = set(OWN.findall(self.text))
         calls = sorted(set(CALL.findall(self.text)) - own)
         remainders = self.text.partition("\n")[0].removeprefix(REMAINDERS)
@@ -225,8 +227,9 @@ def _answered() -> Iterator[None]:
 def ptx_of(kernel: Kernel, capability: tuple[int, int] = CAPABILITY) -> Compiled:
     """Return the PTX of a kernel for a GPU of a compute capability.
 
-    It is a function of the kernel's numbers, each of 64 bits, and of the addresses of
-    its arrays. Raises NotForDeviceError if it cannot be compiled.
+    The arguments of the function in PTX are the numbers of the kernel, each of 64 bits,
+    and the addresses of the arrays. Raises NotForDeviceError if the kernel cannot be
+    compiled.
     """
     name = f"{_key(kernel, capability)}.ptx"
     text = kept(name, lambda: _compiled(kernel, capability).encode("ascii"))

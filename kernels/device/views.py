@@ -1,8 +1,8 @@
-"""Parts of a large array as arrays of their own.
+"""Parts of a large array, as arrays for kernels.
 
-The state of thousands of flights is kept in a few large arrays. What a flight sees of
-them are views: numbers that lie a `stride` apart. A view is made of the address of a
-large array, so that nothing is copied, allocated or counted.
+A few large arrays hold the state of thousands of trials. Each trial reads views:
+elements at intervals of a `stride`. A view is made from the address of a large array,
+without copies, allocations or reference counts.
 """
 
 from typing import Any
@@ -13,13 +13,13 @@ from numpy.lib.stride_tricks import as_strided
 
 BUILD: Any = cgutils
 LAYOUT = "A"
-"""numba's word for the layout of arrays with gaps."""
+"""numba's name for the layout of arrays with gaps."""
 
 
 def view(large: Any, first: Any, stride: Any, shape: tuple[Any, ...]) -> Any:
-    """Return a view of elements of a large array that lie a stride apart.
+    """Return a view of elements of a large array, at intervals of a stride.
 
-    Nothing is copied: who writes to the view writes to the large array.
+    The view is no copy: a write to the view changes the large array.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def view(large: Any, first: Any, stride: Any, shape: tuple[Any, ...]) -> Any:
     first : int
         Index of the first element.
     stride : int
-        Elements from one element of the view to the next.
+        Distance between successive elements of the view, in elements.
     shape : tuple of int
         Shape of the view, filled row after row.
     """

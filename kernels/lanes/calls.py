@@ -1,4 +1,7 @@
-"""Properties of our functions, together with those that they call."""
+"""Properties of compiled functions, including the functions that they call.
+
+A compiled function is a function that `kernels.jit` compiles.
+"""
 
 import ast
 from collections.abc import Callable, Mapping
@@ -11,7 +14,7 @@ from kernels.neighbours import search
 
 
 def plain_of(function: Any) -> Any:
-    """Return the plain function of a compiled one; anything else as it is."""
+    """Return the plain function of a compiled function; other objects unchanged."""
     return getattr(function, "py_func", function)
 
 
@@ -26,7 +29,8 @@ def is_ours(function: Any) -> bool:
 def named_by(node: ast.expr, names: Mapping[str, Any]) -> Any:
     """Return the object to which a name, or a name in a module, refers.
 
-    `names` are the globals; None if the node is no such name or the name is unknown.
+    `names` are the globals. Returns None if the node is not a name in either form, or
+    if the name is unknown.
     """
     match node:
         case ast.Name(name):
@@ -37,30 +41,30 @@ def named_by(node: ast.expr, names: Mapping[str, Any]) -> Any:
 
 
 def searches(function: Any) -> bool:
-    """Return whether a function of ours searches for neighbours, even indirectly."""
+    """Return whether a compiled function searches for neighbours, even indirectly."""
     return calls(function, search)
 
 
 def calls(function: Any, other: Any) -> bool:
-    """Return whether a function of ours calls another one, even indirectly."""
+    """Return whether a compiled function calls `other`, even indirectly."""
     return plain_of(other) in _reached(function)
 
 
 @cache
 def writes(function: Any) -> bool:
-    """Return whether a function of ours, or one that it calls, writes into an array.
+    """Return whether a compiled function writes into an array, even indirectly.
 
-    Writes of a search do not count: masks read them, which say in which lanes they
-    count.
+    Writes of a search do not count: the results of a search have masks, which select
+    the lanes.
     """
     return any(map(writes_elements, _trees(function)))
 
 
 @cache
 def needs_its_test(function: Any) -> bool:
-    """Return whether a function of ours is unsafe where one trial does not call it.
+    """Return whether a call is unsafe in lanes in which a single trial skips the call.
 
-    It may not end, or it may read beyond an array.
+    An unsafe function may not end, or may read beyond an array.
     """
     return any(
         isinstance(node, ast.While) or _looks_up(node)
@@ -70,22 +74,22 @@ def needs_its_test(function: Any) -> bool:
 
 
 def _looks_up(node: ast.AST) -> bool:
-    """Return whether a node is an element whose index a call computes."""
+    """Return whether a node is an element with an index that a call computes."""
     return isinstance(node, ast.Subscript) and any(
         isinstance(part, ast.Call) for part in ast.walk(node.slice)
     )
 
 
 def _trees(function: Any) -> list[ast.FunctionDef]:
-    """Return the trees of a function of ours and of its callees but `search`."""
+    """Return the trees of a compiled function and of its callees, except `search`."""
     return [tree_of(plain) for plain in _reached(function) - {SEARCH}]
 
 
 @cache
 def _reached(function: Any) -> frozenset[Callable[..., Any]]:
-    """Return a function of ours and those that it calls, as plain Python.
+    """Return a compiled function and all compiled callees, as plain Python.
 
-    The set is empty for other functions. Callees of `search` are left out.
+    The set is empty if the function is not compiled. Callees of `search` are excluded.
     """
     met = set[Callable[..., Any]]()
     waiting = [function]

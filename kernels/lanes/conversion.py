@@ -1,12 +1,12 @@
-"""A function for lanes, from the text that it has for a single trial.
+"""Conversion of a function for a single trial into a function for lanes.
 
-A test that differs from lane to lane cannot branch. So all lanes compute what depends
-on it, and `where` selects the lanes in which the test is true. `a if test else b`
+A test that differs from lane to lane cannot branch. So all lanes compute the dependent
+code, and `where` selects the lanes in which the test is true. `a if test else b`
 becomes `where(test, a, b)`. An assignment in an `if` or in a loop over neighbours
-becomes `x = where(mask, new, x)`. Tests that are the same in all lanes still branch.
+becomes `x = where(mask, new, x)`. Tests that are equal in all lanes still branch.
 
-Some functions cannot be written so, such as one with a loop whose length differs. Such
-a function is called for one lane after the other.
+Some functions have no form for lanes, for example a function with a loop that differs
+in length. A function without a form for lanes is called lane by lane.
 """
 
 import ast
@@ -24,14 +24,14 @@ from kernels.lanes.syntax import call_of, is_costly, load, read_again, stored, s
 from kernels.lanes.texts import function_of
 
 SUBSTITUTES: dict[Callable[..., Any], Callable[..., Any]] = {}
-"""Substitutes in lanes for functions of ours that are no rules."""
+"""Substitutes in lanes for compiled functions that are not rules."""
 
 
 @cache
 def converted(function: Callable[..., Any]) -> Callable[..., Any]:
     """Return the substitute of a compiled function in a kernel for lanes.
 
-    It takes the same arguments, which may be vectors and rows.
+    The substitute takes equal arguments, which may be vectors and rows.
     """
     if function in SUBSTITUTES:
         return SUBSTITUTES[function]
@@ -43,8 +43,9 @@ def converted(function: Callable[..., Any]) -> Callable[..., Any]:
 def _for_types(function: Callable[..., Any], kinds: dict[str, Any]) -> Any:
     """Return the function to compile for arguments of the types `kinds`.
 
-    Raises NotForLanesError for a function that can be neither written nor called lane
-    by lane. A call lane by lane must not write, because all lanes would read it.
+    Raises NotForLanesError for a function that can neither be converted nor be called
+    lane by lane. A call lane by lane must not write, because all lanes would read the
+    result.
     """
     plain = plain_of(function)
     if not any(map(holds_lanes, kinds.values())):
@@ -60,8 +61,8 @@ def _for_types(function: Callable[..., Any], kinds: dict[str, Any]) -> Any:
 def _written(plain: Callable[..., Any], kinds: dict[str, Any]) -> Callable[..., Any]:
     """Return the function of the converted text.
 
-    The text is written again until no new name turns out to differ from lane to lane.
-    Raises NotForLanesError if the function cannot be written.
+    The conversion is repeated until no new name differs from lane to lane. Raises
+    NotForLanesError if the function cannot be converted.
     """
     facts = Facts(plain, kinds)
     _refuse(facts)
@@ -83,7 +84,7 @@ def _written(plain: Callable[..., Any], kinds: dict[str, Any]) -> Callable[..., 
 
 
 def _refuse(facts: Facts) -> None:
-    """Raise NotForLanesError for functions that no types make convertible."""
+    """Raise NotForLanesError for functions that cannot be converted for any types."""
     if TOOLS.keys() & facts.names:
         raise NotForLanesError("it has names that texts for lanes have")
     calls = (node for node in ast.walk(facts.tree) if isinstance(node, ast.Call))
@@ -92,7 +93,7 @@ def _refuse(facts: Facts) -> None:
 
 
 def _text(name: str, names: Iterable[str], body: list[ast.stmt]) -> str:
-    """Return the text of a function of these statements."""
+    """Return the text of a function with the statements `body`."""
     module = ast.parse(f"def {name}({', '.join(names)}): pass")
     (function,) = module.body
     assert isinstance(function, ast.FunctionDef)
@@ -101,10 +102,10 @@ def _text(name: str, names: Iterable[str], body: list[ast.stmt]) -> str:
 
 
 class _Statements:
-    """The statements of one function, which differ as `facts` say.
+    """The statements of one function, described by `facts`.
 
-    Statements count in the lanes of a `mask`, the name of a variable; None for all
-    lanes. `returned` are masks of lanes that have returned, each with the name of their
+    Statements apply in the lanes of a `mask`, the name of a variable; None for all
+    lanes. `returned` are masks of lanes that have returned, each with the name of the
     result. `defined` are the names that have a value in all lanes of the mask.
     """
 
@@ -127,7 +128,7 @@ class _Statements:
         ----------
         body : sequence of ast.stmt
         mask : str or None
-            Name of the mask of lanes in which they count; None for all lanes.
+            Name of the mask of lanes in which the statements apply; None for all lanes.
         """
         return [for_lanes for node in body for for_lanes in self._statement(node, mask)]
 
@@ -173,7 +174,7 @@ class _Statements:
     def _assign(
         self, target: ast.expr, value: ast.expr, mask: str | None
     ) -> Iterator[ast.stmt]:
-        """Yield `target = value`; in `a, b = b, a` both values come first."""
+        """Yield `target = value`; in `a, b = b, a` all values are computed first."""
         if not (isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple)):
             yield from self._store(target, value, self._value(value), mask)
             return
@@ -187,9 +188,9 @@ class _Statements:
     def _store(
         self, target: ast.expr, meant: ast.expr, value: Any, mask: str | None
     ) -> Iterator[ast.stmt]:
-        """Yield the assignment of `value` to a target or to its parts.
+        """Yield the assignment of `value` to a target or to the parts of a target.
 
-        `meant` is the expression of a single trial from which `value` was made.
+        `meant` is the expression of a single trial from which `value` was converted.
         """
         differs = self._facts.differs(meant)
         if isinstance(target, ast.Tuple):
@@ -232,7 +233,7 @@ class _Statements:
     ) -> ast.stmt:
         """Return the assignment of a value to an element of an array.
 
-        Only rows have room for values that differ, and the index must be that of all
+        Only rows have room for values that differ. The index must be equal in all
         lanes.
         """
         if self._facts.differs(target.slice):
@@ -254,9 +255,9 @@ class _Statements:
         return ast.Assign([ast.Subscript(array, index, ast.Store())], value)
 
     def _mask_of_stores(self, mask: str | None) -> Any:
-        """Return the lanes in which a store counts; None for all lanes.
+        """Return the lanes in which a store applies; None for all lanes.
 
-        They are those of `mask` that have not returned.
+        The lanes are the lanes of `mask` that have not returned.
         """
         lanes: Any = load(mask) if mask else None
         for left, _ in self._returned:
@@ -281,7 +282,7 @@ class _Statements:
         self._hide(self._defined - before - (first & set(stores_in(*node.orelse))))
 
     def _real_branch(self, node: ast.If, mask: str | None) -> ast.stmt:
-        """Return an `if` whose test is the same in all lanes."""
+        """Return an `if` with a test that is equal in all lanes."""
         returned = len(self._returned)
         defined = set(self._defined)
         test = self._value(node.test)
@@ -291,7 +292,7 @@ class _Statements:
         orelse = self.block(node.orelse, mask)
         in_one = self._defined ^ after
         self._defined |= after
-        if mask:  # what is read of them may be of a step before, in other lanes
+        if mask:  # unmasked lanes may hold the value of an earlier step
             self._hide(in_one)
         if len(self._returned) > returned:
             raise NotForLanesError("some lanes return in a branch of all")
@@ -305,10 +306,10 @@ class _Statements:
     def _under(
         self, body: Sequence[ast.stmt], mask: str | None, test: Any, is_one_of_two: bool
     ) -> Iterator[ast.stmt]:
-        """Yield statements that count where `mask` and `test` are true.
+        """Yield statements that apply in lanes in which `mask` and `test` are true.
 
-        Costly ones are skipped where no lane needs them, unless the other branch needs
-        their names.
+        Costly statements are skipped if no lane needs the results, except in an `if`
+        with an `else`, because the other branch may need the names.
         """
         name = self._name("mask")
         yield stored(name, call_of("both", load(mask), test) if mask else test)
@@ -339,8 +340,8 @@ class _Statements:
     ) -> Iterator[ast.stmt]:
         """Yield a loop over the neighbours that a search found.
 
-        It visits boids that are neighbours in any lane. Its statements count in the
-        lanes in which they are.
+        The loop visits boids that are neighbours in any lane. The statements apply in
+        the lanes in which the boid is a neighbour.
         """
         place = node.target
         over = node.iter
@@ -359,7 +360,7 @@ class _Statements:
         yield ast.For(place, count, body, [])
 
     def _loop_of_all(self, node: ast.For, mask: str | None) -> ast.stmt:
-        """Return a loop that is equally long in all lanes, over a range or a tuple."""
+        """Return a loop of equal length in all lanes, over a range or a tuple."""
         differs = self._facts.differs(node.iter)
         over = self._value(node.iter)
         for name in stores_in(node.target):
@@ -369,7 +370,7 @@ class _Statements:
         return ast.For(node.target, over, self.block(node.body, mask), [])
 
     def _leave(self, node: ast.Return, mask: str | None) -> Iterator[ast.stmt]:
-        """Yield a return; lanes that leave early keep their result until all leave."""
+        """Yield a return; lanes that return early keep the result until all return."""
         if node.value is None:
             raise NotForLanesError("it returns nothing")
         value = self._value(node.value)

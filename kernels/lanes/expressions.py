@@ -1,9 +1,9 @@
 """Expressions in the form for lanes.
 
-Python computes some expressions only where it needs them, such as the second side of
-`and`. Lanes compute them everywhere, and `where` selects the lanes that need them. So
-they may neither draw a random number nor write into an array: in other lanes a single
-trial would not.
+Python computes some expressions only on demand, such as the second side of `and`. Lanes
+compute all expressions, and `where` selects the lanes that need the result. So an
+expression on demand may neither draw a random number nor write into an array: in
+unselected lanes, a single trial would skip the expression.
 """
 
 import ast
@@ -22,18 +22,18 @@ from kernels.near import Near
 from kernels.neighbours import Grid
 
 VECTORIAL = {math.sqrt, abs, max, min}
-"""Functions that are not ours and take vectors."""
+"""Functions of Python that take vectors."""
 KINDS = {float: vectors.as_float, int: vectors.as_int, bool: vectors.as_bool}
 
 
 class Expressions:
-    """The expressions of one function, which differ as `facts` say.
+    """The expressions of one function, described by `facts`.
 
     `hidden` are names that have a value in some lanes only, and `places` the indices of
     loops over neighbours. `conditions` counts the conditions on which the current
-    statement and expressions depend, if lanes may differ in them. `added_to` is the
-    element to which the current statement adds something. `tools` are the stubs that
-    the expressions call, by name.
+    statement and expressions depend and which may differ from lane to lane. `added_to`
+    is the element to which the current statement adds a number. `tools` are the stubs
+    that the expressions call, by name.
     """
 
     def __init__(self, facts: Facts) -> None:
@@ -45,9 +45,9 @@ class Expressions:
         self.tools: dict[str, Any] = {}
 
     def value(self, node: Any) -> Any:
-        """Return an expression, or a part of one, in the form for lanes.
+        """Return an expression, or a part of an expression, in the form for lanes.
 
-        Raises NotForLanesError if it cannot be written.
+        Raises NotForLanesError if no form for lanes exists.
         """
         if not isinstance(node, ast.expr):
             return node
@@ -83,7 +83,7 @@ class Expressions:
     def is_of_neighbour(self, node: ast.expr) -> bool:
         """Return whether an expression is like `near.dx[k]`, in a loop over neighbours.
 
-        An index into a list has no other use there, because lanes list different
+        The index of the loop has no other use there, because lanes list different
         neighbours.
         """
         match node:
@@ -92,9 +92,9 @@ class Expressions:
         return False
 
     def _by_lanes(self, node: ast.expr) -> Any:
-        """Return the substitute of an expression that lanes compute in another way.
+        """Return the substitute of an expression that lanes compute differently.
 
-        None for all others, whose operators have a meaning for vectors.
+        Returns None for an expression with operators that have a meaning for vectors.
         """
         if isinstance(node, ast.IfExp) and self.facts.differs(node.test):
             test = self.value(node.test)
@@ -114,7 +114,7 @@ class Expressions:
         return None
 
     def _as_it_is(self, node: ast.expr) -> ast.expr:
-        """Return the same expression, of parts in the form for lanes."""
+        """Return the expression with all parts in the form for lanes."""
         kind: Any = type(node)
         changed: ast.expr = kind(
             **{
@@ -127,16 +127,16 @@ class Expressions:
         return changed
 
     def _if_needed(self, nodes: Sequence[ast.expr]) -> list[Any]:
-        """Return expressions that a single trial computes only where it needs them."""
+        """Return expressions that a single trial computes only on demand."""
         self.conditions += 1
         values = [self.value(node) for node in nodes]
         self.conditions -= 1
         return values
 
     def _chain(self, node: ast.Compare) -> Any:
-        """Return `a < b < c` as all its comparisons, of which Python may skip the last.
+        """Return `a < b < c` as all comparisons, although Python may skip the last.
 
-        The middle is computed twice, so that it may not draw either.
+        The middle is computed twice, so that the middle may not draw random numbers.
         """
         sides = pairwise(self._if_needed([node.left, *node.comparators]))
         return _joined(
@@ -150,8 +150,8 @@ class Expressions:
     def _in_each_lane(self, node: ast.BinOp) -> ast.Call:
         """Return the call that computes `a ** b` and similar in each lane.
 
-        Constants stay in the text, because numba computes a constant power in another
-        way than a variable one.
+        Constants stay in the text, because numba computes constant and variable powers
+        differently.
         """
         sides = [node.left, node.right]
         free = [side for side in sides if not isinstance(side, ast.Constant)]
@@ -202,13 +202,13 @@ class Expressions:
     def _call_in_module(
         self, method: ast.Attribute, function: Any, arguments: list[Any]
     ) -> ast.Call:
-        """Return the call of a function of ours in the form `module.name`."""
+        """Return the call of a compiled function in the form `module.name`."""
         name = f"_of_{ast.unparse(method.value)}_{method.attr}"
         self.tools[name] = function
         return ast.Call(load(name), arguments, [])
 
     def _call_in_each_lane(self, plain: Any, arguments: list[Any]) -> ast.Call:
-        """Return the call, in each lane, of another function that takes no vectors."""
+        """Return the call, in each lane, of a function that takes no vectors."""
         if getattr(plain, "__module__", "") != "math":
             raise NotForLanesError("it calls a function that is not known for lanes")
         name = f"_each_{plain.__name__}"
@@ -216,7 +216,7 @@ class Expressions:
         return ast.Call(load(name), arguments, [])
 
     def _draw(self, method: ast.Attribute, arguments: Sequence[ast.expr]) -> ast.Call:
-        """Return the call that draws from each lane's own generator."""
+        """Return the call that draws from the generator of each lane."""
         name = f"_draw_{method.attr}_{len(arguments)}"
         self.tools[name] = method_in_each_lane(method.attr, len(arguments))
         return ast.Call(load(name), [method.value, *map(self.value, arguments)], [])

@@ -1,4 +1,4 @@
-"""Types of the names of a function for lanes, and which expressions differ by lane."""
+"""Types of the names of a function for lanes, and differences from lane to lane."""
 
 import ast
 import builtins
@@ -15,9 +15,9 @@ from kernels.lanes.syntax import names_in, stores_in, tree_of
 from kernels.lanes.vectors import WHOLE
 
 SAME_IN_ALL: set[Callable[..., Any]] = set()
-"""Functions whose result is the same in all lanes, whatever their arguments are."""
+"""Functions with an equal result in all lanes, for any arguments."""
 LIKE_FIRST: set[Callable[..., Any]] = set()
-"""Functions whose result has the type of their first argument."""
+"""Functions that return the type of the first argument."""
 
 
 class NotForLanesError(Exception):
@@ -25,12 +25,12 @@ class NotForLanesError(Exception):
 
 
 class Facts:
-    """Knowledge of one plain function, for arguments of the types `kinds`.
+    """Knowledge about one plain function, for arguments of the types `kinds`.
 
-    `varying` are the names that differ from lane to lane. In a loop a name may turn out
-    to be one after it was read. So a function is converted again until no name is new.
-    `known` are the types of names that keep one value, as far as they can be
-    determined.
+    `varying` are the names that differ from lane to lane. In a loop, a read of a name
+    may precede the assignment that makes the name varying. So a function is converted
+    again until no name is new. `known` are the types of names with a single value, if
+    the type can be determined.
     """
 
     def __init__(self, plain: Callable[..., Any], kinds: dict[str, Any]) -> None:
@@ -51,7 +51,7 @@ class Facts:
         }
 
     def kind(self, node: ast.expr) -> Any:
-        """Return the type of an expression, None if it is not known."""
+        """Return the type of an expression, None if unknown."""
         match node:
             case ast.Name():
                 return self.known.get(node.id)
@@ -83,24 +83,24 @@ class Facts:
         return any(map(self.differs, ast.iter_child_nodes(node)))
 
     def called(self, node: ast.Call) -> Any:
-        """Return the function that is called, by its name or as `math.sqrt`.
+        """Return the function of a call by `name` or by `module.name`.
 
-        None if it is not known.
+        Returns None if the function is unknown.
         """
         return named_by(node.func, self._elsewhere)
 
     def holds(self, node: ast.expr, *classes: type[Any]) -> bool:
-        """Return whether an expression is known to be a tuple of one of the classes."""
+        """Return whether an expression is known to be a tuple of any of the classes."""
         kind = self.kind(node)
         return is_named(kind) and kind.instance_class in classes
 
     def counts(self, node: ast.expr) -> bool:
-        """Return whether an expression is known to be the events a model counts."""
+        """Return whether an expression is known to be the counted events of a model."""
         kind = self.kind(node)
         return isinstance(kind, rows.Rows) and kind.vector is WHOLE
 
     def draws(self, node: ast.Call) -> bool:
-        """Return whether a call draws a random number of each lane's own generator."""
+        """Return whether a call draws from the generators of the lanes."""
         method = node.func
         return isinstance(method, ast.Attribute) and self.is_random(method.value)
 

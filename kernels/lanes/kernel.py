@@ -1,4 +1,4 @@
-"""A model's `advance` for eight trials at once, from its own text."""
+"""The `advance` of a model for eight trials at once, from the source of `advance`."""
 
 import math
 from collections.abc import Callable
@@ -39,18 +39,19 @@ piece = numba.njit(**OPTIONS)
 
 
 class LanesWatch(NamedTuple):
-    """Events that a model itself counts in one step."""
+    """Events that a model counts in one step."""
 
     events: Any
 
 
 class LanesRecord(NamedTuple):
-    """Flocks after each step since they were last observed.
+    """Flocks after each step since the last observation.
 
-    `trail` (WIDTH, 1 + S, 4, M) has x, y, vx and vy of each lane, at first those before
+    `trail` (WIDTH, 1 + S, 4, M) has x, y, vx and vy of each lane, from the state before
     the first step. M is the number N of boids, rounded up to a multiple of WIDTH.
     `counted` has the events that the model counted in each step. `finite` has, for each
-    step, the lanes in which all numbers were finite. `late` (1,) counts these steps.
+    step, the lanes in which all numbers were finite. `late` (1,) counts the steps since
+    the last observation.
     """
 
     trail: NDArray[np.float64]
@@ -62,7 +63,7 @@ class LanesRecord(NamedTuple):
 
 @piece
 def _note(flock: Any, _world: Any, record: Any) -> bool:
-    """Keep the flock after a step, and the events that the model counted in it.
+    """Keep the flock after a step, and the events that the model counted.
 
     Returns False if the numbers of a lane are not finite.
     """
@@ -88,7 +89,7 @@ def _note(flock: Any, _world: Any, record: Any) -> bool:
 
 @piece
 def _whole(neighbours: Any) -> Any:
-    """Replace `kernels.indices.whole`: each turn of a loop is one of all lanes."""
+    """Replace `kernels.indices.whole`: each turn of a loop concerns all lanes."""
     return neighbours
 
 
@@ -96,9 +97,9 @@ def _whole(neighbours: Any) -> Any:
 def _follow(
     _work: Any, _i: Any, _vx: Any, _vy: Any, wanted_x: Any, wanted_y: Any
 ) -> tuple[Any, Any]:
-    """Replace `kernels.robots.actuation.drive` for ideal boids.
+    """Replace `kernels.robots.actuation.drive` for boids with ideal actuation.
 
-    Trials with other boids run alone.
+    Trials with limited actuation run alone.
     """
     return wanted_x, wanted_y
 
@@ -108,7 +109,7 @@ _remember = converted(remember)
 
 @piece
 def _publish(flock: Any, published: Any, _work: Any) -> None:
-    """Replace `kernels.robots.sensing.publish` for boids that know what they see."""
+    """Replace `kernels.robots.sensing.publish` for boids without a sensing model."""
     _remember(flock, published)
 
 
@@ -124,7 +125,7 @@ def _own_of(flock: Any, _work: Any) -> Any:
 
 @piece
 def _params_of(params: Any, _work: Any, _i: Any) -> Any:
-    """Replace `kernels.robots.differing.params_of` for boids that are equal."""
+    """Replace `kernels.robots.differing.params_of` for boids with equal parameters."""
     return params
 
 
@@ -185,10 +186,7 @@ LIKE_FIRST.update(
 
 
 def weights_of(model: Model) -> tuple[str, ...]:
-    """Return the parameters that may differ between trials.
-
-    They are the weights of rules, if these are floats.
-    """
+    """Return the parameters that may differ between trials: weights that are floats."""
     params: Any = model.params
     return _weights(params)
 
@@ -196,7 +194,7 @@ def weights_of(model: Model) -> tuple[str, ...]:
 def kernel_of(model: Model, alike: bool) -> Callable[..., bool]:
     """Return the kernel that advances WIDTH trials of a model.
 
-    Weights may differ. `alike` means that all trials have the same obstacles.
+    Weights may differ. `alike` means that all trials have identical obstacles.
     """
     params: Any = model.params
     return _kernel(model.advance, params, alike)

@@ -1,7 +1,7 @@
-"""Visits counted row by row of a footprint, where this pays on maps of 16-bit pixels.
+"""Visits counted by rows of a footprint, on maps of 16-bit pixels if this is faster.
 
-The counts are those of kernels.coverage, except for visits to obstacles, which nobody
-reads. `room_left` tells how long 16 bits suffice.
+The counts are equal to the counts of kernels.coverage, except for visits to obstacles,
+which no code reads. `room_left` returns the number of visits for which 16 bits suffice.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ from kernels.lanes.vectors import lane as lane_of
 MOST = 2**15 - 1
 """Largest count of a pixel on a narrow map."""
 LOWEST = -(2**15)
-"""First count of an obstacle pixel on a narrow map; it stays negative."""
+"""First count of an obstacle pixel on a narrow map; the count stays negative."""
 ROW = WIDTH
 """Pixels of a row of a footprint that are counted at once."""
 
@@ -29,12 +29,12 @@ ROW = WIDTH
 class Marks(NamedTuple):
     """Visits of a trial.
 
-    `coverage` is that of a trial, or has its pixels on a narrow map. `rows` (R,) has
-    for each row of the footprint the pixels among ROW, as bits, the first as the lowest
-    one. It is empty if the footprint does not fit. `blocked` are the indices of
-    obstacle pixels on a narrow map. `clipped` (1,) counts the footprints that were not
-    marked by rows since obstacle pixels were last freed: only these footprints visit
-    obstacles.
+    `coverage` is the coverage of a trial, or a copy with the pixels on a narrow map.
+    `rows` (R,) has the pixels of each row of the footprint as bits, at most ROW. The
+    lowest bit is the first pixel. `rows` is empty if the footprint does not fit.
+    `blocked` are the indices of obstacle pixels on a narrow map. `clipped` (1,) counts
+    the footprints that were not marked by rows since the last reset of obstacle pixels.
+    Only clipped footprints visit obstacles.
     """
 
     coverage: Coverage
@@ -49,18 +49,18 @@ class Marks(NamedTuple):
 
 
 def wide_marks(coverage: Coverage) -> Marks:
-    """Return marks on a map as single trials have it."""
+    """Return marks on a map in the format of single trials."""
     rows = _footprint_rows(coverage)
     return Marks(coverage, rows, np.zeros(0, np.int64), np.zeros(1, np.int64))
 
 
 def narrow_marks(coverages: Sequence[Coverage], alike: bool) -> list[Marks]:
-    """Return marks on narrow maps of trials that have visited nothing.
+    """Return marks on narrow maps of trials without visits.
 
-    `alike` means that all trials have the same obstacles.
+    `alike` means that all trials have identical obstacles.
 
-    All maps are one array, because NumPy asks for large pages of memory for a large
-    array. With pages of 4 kB the processor looked up pages as long as it counted
+    All maps are one array, because NumPy requests large pages of memory for a large
+    array. With pages of 4 kB, the look-up of pages took as long as the counting of
     visits: 50 ns per boid-step, and 25 ns with large pages.
     """
     maps: Any = np.empty((len(coverages), coverages[0].visits.size), np.int16)
@@ -82,7 +82,8 @@ def narrow_marks(coverages: Sequence[Coverage], alike: bool) -> list[Marks]:
 def room_left(marks: Marks) -> int:
     """Return how many more visits any pixel of a narrow map can count.
 
-    The whole map is read, which brings it near: that saves more time than it takes.
+    The function reads the whole map, which loads the map into the cache: the gain is
+    larger than the cost.
     """
     return MOST - int(marks.coverage.visits.max(initial=0))
 
@@ -98,17 +99,14 @@ def _footprint_rows(coverage: Coverage) -> NDArray[np.uint8]:
 
 
 def widened(marks: Marks) -> Coverage:
-    """Return the visits of a narrow map on a map as single trials have it."""
+    """Return the visits of a narrow map on a map in the format of single trials."""
     visits = marks.coverage.visits.astype(np.int32)
     visits[marks.blocked] = BLOCKED
     return marks.coverage._replace(visits=visits)
 
 
 def free_obstacles(marks: Marks, visits: int) -> None:
-    """Forget visits of obstacle pixels, if a narrow map lacks room for more.
-
-    `visits` is the number of visits to come.
-    """
+    """Reset visits of obstacle pixels if a narrow map lacks room for `visits` more."""
     if marks.clipped[0] + visits > MOST:
         marks.coverage.visits[marks.blocked] = LOWEST
         marks.clipped[0] = 0
@@ -175,8 +173,8 @@ def _marking(count: int) -> Any:
     """Return the intrinsic that counts pixels of `count` rows of a footprint, 1 or 2.
 
     The rows begin at `row`. The first pixel of the first row has the index `first`, and
-    rows are `apart` from each other. The result has the number of new pixels, the
-    number of all pixels, and the sum of their counts before, in lanes.
+    `apart` is the distance between rows. The result has the number of new pixels, the
+    number of all pixels, and the sum of the counts before, in lanes.
     """
 
     @intrinsic
@@ -233,7 +231,7 @@ _mark_two = _marking(2)
 
 
 def _joined(builder: Any, lines: list[Any]) -> Any:
-    """Return the pixels of one row, or of two, as one vector."""
+    """Return the pixels of all rows, 1 or 2, as one vector."""
     if len(lines) == 1:
         return lines[0]
     order = ir.Constant(ir.VectorType(INDEX, 2 * ROW), list(range(2 * ROW)))
@@ -241,7 +239,7 @@ def _joined(builder: Any, lines: list[Any]) -> Any:
 
 
 def _part(builder: Any, pixels: Any, k: int) -> Any:
-    """Return the pixels of row `k` of one or two."""
+    """Return the pixels of row `k` of 1 or 2 rows."""
     if pixels.type.count == ROW:
         return pixels
     places = list(range(k * ROW, (k + 1) * ROW))

@@ -1,4 +1,4 @@
-"""Memory of the numbers of eight trials: a row of eight for each boid."""
+"""Memory of the numbers of eight trials: a row of eight numbers per boid."""
 
 import operator
 from typing import Any, NamedTuple
@@ -50,7 +50,7 @@ class Each(NamedTuple):
 
 
 class Rows(types.Type):
-    """Type of rows of WIDTH numbers each, which stand for an array of numbers."""
+    """Type of rows of WIDTH numbers each, used in place of an array of numbers."""
 
     def __init__(self, vector: Vector) -> None:
         self.vector = vector
@@ -113,7 +113,7 @@ def _place(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
 @infer_global(operator.getitem)
 class _Read(AbstractTemplate):
     def generic(self, arguments: tuple[Any, ...], _named: Any) -> Any:
-        """Return the signature of a read; None if it is not one of rows.
+        """Return the signature of a read of rows; None for a read of another type.
 
         Parameters
         ----------
@@ -135,7 +135,7 @@ def _read(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
 @infer_global(operator.setitem)
 class _Write(AbstractTemplate):
     def generic(self, arguments: tuple[Any, ...], _named: Any) -> Any:
-        """Return the signature of a write; None if it is not one of rows.
+        """Return the signature of a write to rows; None for a write to another type.
 
         Parameters
         ----------
@@ -162,7 +162,7 @@ def write_turned(
 ) -> Any:
     """Write WIDTH rows, transposed, into a trail.
 
-    Numbers of one lane become neighbours in ``trail[lane, step, field, first:]``.
+    Numbers of a lane become adjacent in ``trail[lane, step, field, first:]``.
 
     Parameters
     ----------
@@ -203,7 +203,7 @@ def write_turned(
 def _transposed(builder: Any, rows: list[Any]) -> list[Any]:
     """Return the columns of a square of numbers.
 
-    Quarters of the square are exchanged, then quarters of these.
+    The function exchanges quarters of the square, then quarters of each quarter.
     """
     for apart in (1, 2, 4):
         for first in range(WIDTH):
@@ -282,7 +282,7 @@ def _count_listed(neighbours: Any) -> Any:
 
 
 def marked(neighbours: Any, at: Any) -> Any:
-    """Return the lanes in which entry `at` of the neighbours counts."""
+    """Return the lanes in which entry `at` of the list is a neighbour."""
     return True
 
 
@@ -317,7 +317,7 @@ def _of_lane(value: Any, at: Any) -> Any:
 
 
 class Stacked(types.Type):
-    """Type of an array for each lane, all in one."""
+    """Type of one array that holds an array per lane."""
 
     def __init__(self, array: Any) -> None:
         self.array = array
@@ -347,8 +347,8 @@ def stacked(_context: Any, array: Any) -> Any:
 def row_of(_context: Any, value: Any, at: Any) -> Any:
     """Return the array of one lane.
 
-    It is for arguments of calls only: a function without reference counts may return no
-    array.
+    Use the result as an argument of a call only: a function without reference counts
+    cannot return an array.
 
     Parameters
     ----------
@@ -384,7 +384,7 @@ def row_of(_context: Any, value: Any, at: Any) -> Any:
 
 
 def stack_all(value: Any) -> Any:
-    """Return a named tuple whose arrays are those of the lanes."""
+    """Return a named tuple with the arrays of the lanes in place of arrays."""
     return value
 
 
@@ -401,26 +401,26 @@ def _stack_all(value: Any) -> Any:
 
 
 def is_each(kind: Any) -> bool:
-    """Return whether a type is that of an object per lane that is no number."""
+    """Return whether a type is the type of an object per lane that is not a number."""
     if isinstance(kind, Stacked):
         return True
     return isinstance(kind, types.NamedUniTuple) and kind.instance_class is Each
 
 
 def holds_lanes(kind: Any) -> bool:
-    """Return whether a type holds anything that each lane has for itself."""
+    """Return whether a type holds numbers or objects per lane."""
     if is_each(kind) or isinstance(kind, Vector | Found | Rows):
         return True
     return is_tuple(kind) and any(map(holds_lanes, kind.types))
 
 
 def is_tuple(kind: Any) -> bool:
-    """Return whether a type is that of a tuple; its `types` are those of members."""
+    """Return whether a type is the type of a tuple, with the `types` of the members."""
     return isinstance(kind, types.BaseTuple)
 
 
 def is_named(kind: Any) -> bool:
-    """Return whether a type is that of a named tuple, which has `fields` too."""
+    """Return whether a type is the type of a named tuple, which also has `fields`."""
     return isinstance(kind, types.BaseNamedTuple)
 
 
@@ -439,7 +439,7 @@ def _spread_all(value: Any) -> Any:
 
 
 def put_all(result: Any, at: Any, value: Any) -> Any:
-    """Return numbers with other ones in one lane.
+    """Return numbers with replaced numbers in one lane.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
 """The search for neighbours in lanes: among all boids, first roughly and then exactly.
 
-Trials have their boids at different positions, so no grid serves several. The rough
-search uses positions in single precision, two boids in eight trials at a time. It
-misses no neighbour. Its bound is wider than the rounding, and a position that is too
-far away to be resolved counts as near.
+Boids of different trials have different positions, so trials cannot share a grid. The
+rough search uses positions in single precision, and tests two boids in eight trials at
+a time. The rough search misses no neighbour: the bound includes a margin above rounding
+errors, and a position that is too far away to be resolved counts as near.
 """
 
 import math
@@ -41,29 +41,29 @@ look = converted(neighbours._look)
 FARTHEST = 1000.0
 """Multiple of the range up to which positions are resolved.
 
-In single precision the difference of two of them is off by less than ROUNDING times the
-range.
+In single precision, the error of the difference of two positions is less than ROUNDING
+times the range.
 """
 ROUNDING = 3e-4
 """Margin of the rough search, as a fraction of the range of the grid."""
 WIDER = 1.001
-"""Factor of the rough search on its own range."""
+"""Factor by which the rough search extends the range."""
 OFF = 2e-3
 """Error of s|s| and view |d|^2 |h|^2 together, as a fraction of range^2 |h|^2.
 
-It is that of `kernels.neighbours.search` in single precision. The ROUNDING of d
-accounts for 0.0013.
+The comparison is the comparison of `kernels.neighbours.search`, in single precision.
+The ROUNDING of d accounts for 0.0013.
 """
 LEAST = 1e-36
-"""Squares below have fewer digits in single precision, and count as near."""
+"""Limit below which squares lose digits in single precision, and count as near."""
 HALF, PAIR = (ir.VectorType(ir.FloatType(), size) for size in (WIDTH, 2 * WIDTH))
 
 
 class Places(NamedTuple):
-    """Positions of boids in single precision; lanes have them instead of a Grid.
+    """Positions of boids in single precision, used in lanes instead of a Grid.
 
     `x` and `y` (N + 1, WIDTH) are NaN beyond `farthest`. `close` (N + 1,) has the lanes
-    in which each boid may be near, as bits. `reach` is the longest range of a search.
+    in which each boid may be near, as bits. `reach` is the maximum range of a search.
     """
 
     x: NDArray[np.float32]
@@ -109,7 +109,7 @@ def _row(context: Any, builder: Any, sig: Any, arguments: Any, kind: Any) -> Any
 
 @intrinsic
 def put_place(_context: Any, rows: Any, row: Any, place: Any, farthest: Any) -> Any:
-    """Write positions in single precision, NaN where they are too far away.
+    """Write positions in single precision, NaN for positions beyond `farthest`.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def put_place(_context: Any, rows: Any, row: Any, place: Any, farthest: Any) -> 
 
 @intrinsic
 def twice(_context: Any, rows: Any, row: Any) -> Any:
-    """Return a row of positions, for a comparison with two others.
+    """Return a row of positions, for a comparison with two further rows.
 
     Parameters
     ----------
@@ -157,7 +157,7 @@ def twice(_context: Any, rows: Any, row: Any) -> Any:
 
 @intrinsic
 def way(_context: Any, rows: Any, row: Any, start: Any) -> Any:
-    """Return the vectors to a boid and the next one, in single precision.
+    """Return the vectors to a boid and the next boid, in single precision.
 
     Parameters
     ----------
@@ -178,7 +178,7 @@ def way(_context: Any, rows: Any, row: Any, start: Any) -> Any:
 
 @intrinsic
 def shorter(_context: Any, way: Any, period: Any) -> Any:
-    """Return the absolute components of vectors in a periodic world, the short way.
+    """Return the absolute components of the shortest vectors in a periodic world.
 
     Parameters
     ----------
@@ -216,7 +216,7 @@ def twice_single(_context: Any, value: Any) -> Any:
 def note_close(_context: Any, close: Any, at: Any, x: Any, y: Any, bound: Any) -> Any:
     """Note the lanes in which two boids may be within a range.
 
-    These are lanes in which vectors (x, y) are short enough, or NaN.
+    In these lanes, vectors (x, y) are short enough, or NaN.
 
     Parameters
     ----------
@@ -300,7 +300,7 @@ def _doubled(builder: Any, half: Any) -> Any:
 
 
 def _fused(builder: Any, first: Any, second: Any, addend: Any) -> Any:
-    """Return first * second + addend, rounded once if this is faster."""
+    """Return first * second + addend, rounded once if a fused operation is faster."""
     function = cgutils.get_or_insert_function(
         builder.module,
         ir.FunctionType(PAIR, [PAIR] * 3),
@@ -391,8 +391,8 @@ def look_roughly(world: Any, places: Any, i: Any, gaze: Any, view: Any, n: Any) 
 def _beam(gaze: Any, farthest: Any) -> Any:
     """Return a cone in single precision, for vectors of at most `farthest`.
 
-    It is the vector ahead, the bound of the cone, and the largest error of a comparison
-    with both.
+    The result has the vector ahead, the bound of the cone, and the largest error of a
+    comparison with the vector and the bound.
     """
     square = spread(gaze.ahead_x * gaze.ahead_x + gaze.ahead_y * gaze.ahead_y)
     slack = (OFF * farthest * farthest + LEAST) * square + LEAST
@@ -416,9 +416,9 @@ def search(
     ahead_y: Any,
     near: Any,
 ) -> Any:
-    """Search for neighbours in all lanes, as kernels.neighbours.search does.
+    """Search for neighbours in all lanes; see `kernels.neighbours.search`.
 
-    The list has boids that are neighbours in any lane, each with a mask of these lanes.
+    The list has boids that are neighbours in any lane, each with a mask of the lanes.
 
     Parameters
     ----------
@@ -436,7 +436,7 @@ def search(
         Vector ahead.
     ahead_y : Vector
     near : Near
-        The list, which is written.
+        Neighbours; the list is written.
     """
     bound = view * (ahead_x * ahead_x + ahead_y * ahead_y)
     gaze = Gaze(range2, bound, ahead_x, ahead_y, x=flock.x[i], y=flock.y[i])
@@ -448,7 +448,7 @@ def search(
     for j in range(n):
         near.boid[listed] = j
         listed += int(places.close[j] != 0)
-    # Each store has a place that the processor knows early: otherwise all reads wait.
+    # The processor knows the address of each store early: otherwise all reads wait.
     for k in range(listed):
         near.dx[k], near.dy[k], near.distance2[k], is_near = look(
             flock, world, near.boid[k], gaze

@@ -1,9 +1,8 @@
-"""Functions that a kernel for lanes calls; numba compiles what suits a call's types.
+"""Functions that a kernel for lanes calls; numba compiles variants by argument types.
 
-A stub has no body. numba asks it by the types of a call, and gets the function to
-compile for these types. Functions without a meaning for vectors are called lane by
-lane. Then each lane's own numbers are taken out, and the results are put into vectors
-again.
+A stub has no body. numba passes the types of a call, and gets the function to compile
+for these types. Functions without a meaning for vectors are called lane by lane: the
+numbers of each lane are extracted, and the results are inserted into vectors.
 """
 
 from collections.abc import Callable, Sequence
@@ -25,11 +24,12 @@ TOOLS: dict[str, Any] = {
         *(rows.listed, rows.marked, rows.of_lane, rows.spread_all, rows.put_all),
     )
 }
-"""Functions that converted text may name besides the names of its own module."""
+"""Functions that converted text may name, in addition to the names of the module."""
 LANE_BY_LANE: dict[str, str] = {}
-"""Functions that this process has compiled lane by lane, and why.
+"""Functions that this process has compiled lane by lane, with reasons.
 
-They cost as much as in single trials. So the list lets a user find them.
+A call lane by lane costs as much as calls in single trials. The list lets a user find
+slow functions.
 """
 
 
@@ -38,16 +38,18 @@ def stub(
 ) -> Callable[..., Any]:
     """Return a function without a body for numba.
 
-    numba compares the names of arguments. So both functions have the same ones.
+    numba compares the names of arguments, so the stub and the function that calls
+    `choose` have equal argument names.
 
     Parameters
     ----------
     name : str
         Name of the function.
     names : sequence of str
-        Names of its arguments.
+        Names of the arguments.
     choose : function
-        It returns the function to compile, from the types of the arguments by name.
+        Function that returns the function to compile, from the types of the arguments
+        by name.
     """
     listed = ", ".join(names)
     empty: Callable[..., Any] = function_of(f"def {name}({listed}): pass", {})
@@ -60,7 +62,7 @@ def stub(
 
 
 def lane_by_lane(function: Callable[..., Any], kinds: dict[str, Any], why: str) -> Any:
-    """Return a function that calls another one for each lane.
+    """Return a function that calls a function of single numbers for each lane.
 
     Parameters
     ----------
@@ -71,7 +73,7 @@ def lane_by_lane(function: Callable[..., Any], kinds: dict[str, Any], why: str) 
     why : str
         Reason, for `LANE_BY_LANE`.
     """
-    # Arguments of these names hide nothing that the text calls.
+    # Arguments with these names hide no name in the text.
     named = {f"_argument_{k}": kind for k, kind in enumerate(kinds.values())}
 
     def call(at: str) -> str:
@@ -90,7 +92,7 @@ def lane_by_lane(function: Callable[..., Any], kinds: dict[str, Any], why: str) 
 
 
 def _taken(kind: Any) -> str:
-    """Return the name of the tool that takes one lane's part out of an argument."""
+    """Return the name of the tool that extracts the part of one lane of an argument."""
     return "_row_of" if isinstance(kind, rows.Stacked) else "_of_lane"
 
 
@@ -108,7 +110,7 @@ def in_each_lane(function: Callable[..., Any], count: int) -> Callable[..., Any]
 def text_in_each_lane(text: str, count: int) -> Callable[..., Any]:
     """Return a stub that computes an expression in each lane.
 
-    The expression is of `first`, or of `first` and `second`.
+    The arguments of the expression are `first`, or `first` and `second`.
     """
     names = ["first", "second"][:count]
     plain = function_of(f"def computed({', '.join(names)}): return {text}", {})
@@ -119,7 +121,7 @@ def text_in_each_lane(text: str, count: int) -> Callable[..., Any]:
 
 @cache
 def method_in_each_lane(name: str, count: int) -> Callable[..., Any]:
-    """Return a stub that calls a method of each lane's generator."""
+    """Return a stub that calls a method of the generator of each lane."""
     names = [f"value_{k}" for k in range(count)]
     listed = ", ".join(names)
     text = f"def {name}(rng, {listed}): return rng.{name}({listed})"

@@ -8,7 +8,7 @@ from typing import Any
 
 
 def tree_of(function: Callable[..., Any]) -> ast.FunctionDef:
-    """Return the tree of a plain function's own text."""
+    """Return the tree of the source of a plain function."""
     (tree,) = ast.parse(textwrap.dedent(inspect.getsource(function))).body
     assert isinstance(tree, ast.FunctionDef)
     return tree
@@ -38,7 +38,7 @@ def writes_elements(tree: ast.AST) -> bool:
 def is_costly(body: Sequence[ast.stmt]) -> bool:
     """Return whether statements divide or call.
 
-    If so, they are left out where no lane needs them.
+    If so, a branch skips the statements if no lane needs the results.
     """
     return any(
         isinstance(node, ast.Div | ast.Call) for part in body for node in ast.walk(part)

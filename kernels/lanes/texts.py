@@ -1,8 +1,8 @@
-"""Functions from texts, since numba compiles functions and nothing else.
+"""Functions from texts, because numba compiles functions only.
 
-The texts come from sources of functions that are loaded already, and from names of
-their arguments and of fields of tuples. So they come from code that runs anyway, and
-never from data.
+The texts consist of sources of functions that are loaded already, and of names of
+arguments and of fields of tuples. So each text comes from code of the program or of a
+model, and never from data.
 """
 
 import linecache

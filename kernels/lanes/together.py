@@ -1,13 +1,13 @@
 """Up to eight trials at once, each bitwise identical to a trial that runs alone.
 
-A call has two parts. First all flocks take some steps, one in each lane, and the
+A call has two parts. First, all flocks take some steps, one flock per lane, and the
 positions after each step are kept. Then each trial is observed step by step, as a
-single one is. This goes lane after lane, so that only one map of visits at a time must
-be near.
+single trial is. Observation proceeds lane by lane, so that only one map of visits at a
+time must be in the cache.
 
-The first part ends if the numbers of a lane are not finite. This lane is observed no
-more, and continues as a copy of another one. Numbers that are not finite may lead
-beyond an array, or into an endless loop.
+The first part ends if the numbers of a lane are not finite. The lane is not observed
+any more, and continues as a copy of a finite lane. Otherwise numbers that are not
+finite could cause reads beyond an array, or an endless loop.
 """
 
 from collections.abc import Sequence
@@ -49,40 +49,41 @@ from kernels.state import Floats, Flock, World
 REFUSALS = NumbaError, NotForLanesError
 """Exceptions of a kernel for lanes that cannot be compiled."""
 MOST_BOIDS = 200
-"""Most boids per trial in lanes, where every boid looks at all others.
+"""Maximum number of boids per trial in lanes, where a search tests all boids.
 
-In processor time, eight trials of 256 boids in 1024 cells were 0.98 times as fast as
-alone, and of 200 boids in 784 cells 1.11 times.
+Measured in processor time, against trials alone: eight trials of 256 boids in 1024
+cells were 0.98 times as fast. Eight trials of 200 boids in 784 cells were 1.11 times as
+fast.
 """
 MOST_FAR_SIGHTED = 110
-"""Most boids if a trial alone looks at all others too.
+"""Maximum number of boids if the search of a trial alone tests all boids too.
 
-With 18 cells 100 boids were 1.12 times as fast as alone, 127 boids 0.96 times and 200
-boids 0.91 times.
+With 18 cells, trials of 100 boids were 1.12 times as fast as trials alone, trials of
+127 boids 0.96 times and trials of 200 boids 0.91 times.
 """
 TRAIL_BYTES = 2**23
-"""Bytes of steps that are kept until they are observed.
+"""Bytes of steps that are kept until the observation.
 
-Each trial's map of visits is brought near once for them: 4 MB took 5 ns more per
-boid-step.
+The observation of these steps loads each map of visits into the cache once. With 4 MB,
+a boid-step took 5 ns more.
 """
 TRAIL_VISITS = MOST * 3 // 4
-"""Boid-steps per trial that are kept; more would leave narrow maps no room."""
+"""Boid-steps per trial that are kept; more boid-steps would fill narrow maps."""
 MANY_PIXELS = 16
-"""Most pixels per boid-step of a narrow map.
+"""Maximum number of pixels per boid-step of a narrow map.
 
-To make such a map takes about 1 ns per pixel, and saves some 20 ns per boid-step.
+A narrow map costs about 1 ns per pixel, and saves about 20 ns per boid-step.
 """
 FIELDS = len(Flock._fields)
 PREVIOUS = FIELDS - 2
 """Index of the first velocities before a step, the last fields of a flock."""
 HEADINGS = 2 * FIELDS
-"""Index of the first of the headings, which follow two flocks."""
+"""Index of the first heading; headings follow two flocks."""
 FINITE, NOT_FINITE, FORGETFUL = range(3)
 
 
 def can_fly_together(model: Model, n: int, share: float) -> bool:
-    """Return whether trials of a model may run in lanes, and are faster so.
+    """Return whether trials of a model may run in lanes, and are faster in lanes.
 
     Parameters
     ----------
@@ -107,9 +108,10 @@ class Room(NamedTuple):
 
     `bodies` (14, N, WIDTH) has the flock, the flock before a step, and the headings.
     `ways` (4, N + 1, WIDTH), `who` and `marks` (N + 1,) are for neighbours. `weights`
-    is (P, WIDTH). `trail` (WIDTH, 1 + S, 4, M), `late` (1,) and `finite` (S,) are those
-    of `kernels.lanes.kernel.LanesRecord`. `counted` (S * N_EVENTS, WIDTH) has the
-    events of each step, and `events` (N_EVENTS, WIDTH) those of the current one.
+    is (P, WIDTH). `trail` (WIDTH, 1 + S, 4, M), `late` (1,) and `finite` (S,) are
+    fields of `kernels.lanes.kernel.LanesRecord`. `counted` (S * N_EVENTS, WIDTH) has
+    the events of each step, and `events` (N_EVENTS, WIDTH) the events of the current
+    step.
     """
 
     bodies: NDArray[np.float64]
@@ -125,11 +127,11 @@ class Room(NamedTuple):
 
 
 class Formation:
-    """Trials of one model that run together.
+    """Vectorised batch: trials of one model that run together.
 
-    They differ in their start, their random numbers, their weights and perhaps their
-    obstacles. Copies of the first trial, which nobody observes, fill up the WIDTH
-    lanes.
+    The trials differ in initial conditions, random numbers, weights and perhaps
+    obstacles. Copies of the first trial fill up the WIDTH lanes; copies are not
+    observed.
     """
 
     def __init__(self, flights: Sequence[Flight]) -> None:
@@ -179,13 +181,13 @@ class Formation:
 
     @property
     def steps_at_once(self) -> int:
-        """Most steps of a call."""
+        """Maximum number of steps of a call."""
         first = self.flights[0]
         free = len(first.record.frames.step) - first.filled - 1
         return min(self._most, max(0, free * first.record.every))
 
     def advance(self, rngs: Sequence[Generator], steps: int) -> None:
-        """Take steps; then `going` tells which trials have finite numbers.
+        """Take steps, and note in `going` the trials with finite numbers.
 
         Parameters
         ----------
@@ -204,9 +206,9 @@ class Formation:
             steps -= taken
 
     def _take_steps(self, rngs: Sequence[Generator], steps: int) -> int:
-        """Take at most `steps` steps, and return how many.
+        """Take at most `steps` steps, and return the number of steps.
 
-        It ends after a step in which the numbers of a lane are not finite.
+        The last step is the first step in which the numbers of a lane are not finite.
         """
         rows = self._rows
         first = self.flights[0]
@@ -230,7 +232,7 @@ class Formation:
         return taken
 
     def _observe(self, lane: int, flight: Flight, steps: int) -> bool:
-        """Observe the last steps of a lane; return whether its numbers are finite."""
+        """Observe the last steps of a lane; return whether the numbers are finite."""
         work = flight.work
         self._make_room(lane, steps * flight.schedule.n)
         marks = self._marks[lane]
@@ -251,7 +253,7 @@ class Formation:
         return bool(outcome == FINITE)
 
     def _replace_lost(self, finite: int) -> None:
-        """Replace lanes whose numbers are not finite by a lane whose numbers are."""
+        """Replace each lane with numbers that are not finite by a finite lane."""
         fit = [lane for lane in range(WIDTH) if finite >> lane & 1]
         lost = set(range(WIDTH)) - set(fit) if fit else set[int]()
         for lane in lost:
@@ -271,7 +273,7 @@ class Formation:
     def _fly(self, *arguments: Any) -> None:
         """Call the kernel.
 
-        A kernel that cannot be compiled is noted, so that no other process tries it.
+        A kernel that cannot be compiled is noted, so that no further process tries to.
         """
         try:
             self._kernel(*arguments)
@@ -311,7 +313,7 @@ class Formation:
 def _marks_of(flights: Sequence[Flight], alike: bool) -> list[Marks]:
     """Return marks on narrow maps.
 
-    They are on maps as single trials have them if few pixels are visited.
+    If few pixels are visited, the maps have the format of single trials instead.
     """
     schedule = flights[0].schedule
     coverages = [flight.record.coverage for flight in flights]
@@ -324,7 +326,7 @@ def _marks_of(flights: Sequence[Flight], alike: bool) -> list[Marks]:
 
 
 def _aligned(*shape: int) -> NDArray[np.float64]:
-    """Return zeros (*shape, WIDTH) at an address where a vector may begin."""
+    """Return zeros (*shape, WIDTH) at an address that is aligned for vectors."""
     size = int(np.prod(shape)) * WIDTH
     room = np.zeros(size + WIDTH)
     skipped = -(room.ctypes.data // 8) % WIDTH
@@ -332,11 +334,11 @@ def _aligned(*shape: int) -> NDArray[np.float64]:
 
 
 def _joint(sceneries: Sequence[Scenery]) -> Scenery:
-    """Return the sceneries of lanes that differ in their obstacles, as one.
+    """Return the sceneries of lanes that differ in obstacles, as one scenery.
 
-    Its arrays are (WIDTH, ...), filled up with zeros which nothing reads. Raises
-    ValueError, or NotForLanesError for polygons, if the sceneries differ in another
-    way.
+    The arrays are (WIDTH, ...), padded with zeros that no code reads. Raises ValueError
+    if the number of obstacles or a scalar field differs, and NotForLanesError for
+    polygons.
     """
     first = sceneries[0]
     if any(scenery.world.corners is not None for scenery in sceneries):
@@ -375,11 +377,11 @@ def _observe_all(
     steps: int,
     headings: tuple[Floats, Floats],
 ) -> int:
-    """Observe the steps of one lane, and keep its headings.
+    """Observe the steps of one lane, and keep the headings of the lane.
 
-    It does the same as kernels.recording.observe. It returns NOT_FINITE after the first
-    step whose numbers are not finite. It returns FORGETFUL if the model has not kept
-    the velocities before the last step.
+    The result is equal to the result of `kernels.recording.observe` for each step. The
+    function returns NOT_FINITE after the first step with numbers that are not finite,
+    and FORGETFUL if the model has not kept the velocities before the last step.
     """
     n = flock.x.size
     trail = room.trail[lane]

@@ -1,9 +1,10 @@
-"""Numbers of eight trials at once, as numba types: one number of each trial in each.
+"""Vectors of numbers of eight trials, as numba types: one number per trial.
 
-`LANES` holds floats, `WHOLE` integers and `MASK` truth values. Their arithmetic is that
-of numbers, lane by lane and bitwise identical. LLVM computes vectors by the rules of
-IEEE 754 too, and splits vectors that are wider than those of the processor. A number
-that is the same in all lanes stays a number until it meets a vector.
+`LANES` holds floats, `WHOLE` integers and `MASK` truth values. Arithmetic of vectors is
+the arithmetic of numbers, lane by lane and bitwise identical. LLVM computes vectors by
+the rules of IEEE 754 too, and splits vectors that are wider than the vectors of the
+processor. A number that is equal in all lanes stays a number until an operation with a
+vector.
 """
 
 import math
@@ -25,11 +26,11 @@ from kernels.lanes.texts import function_of
 
 WIDTH = 8
 OPTIONS: Any = {"forceinline": True, "_nrt": False, "error_model": "numpy"}
-"""Options of functions that are compiled within a kernel, as in `kernels.jit`."""
+"""Options of functions that are compiled within a kernel; see `kernels.jit`."""
 intrinsic: Any = extending.intrinsic
-"""numba's `intrinsic`, without its type.
+"""numba's `intrinsic`, without a type.
 
-By its type, calls of an intrinsic pass a context, which they do not.
+According to numba's type, calls of an intrinsic pass a context. Calls pass no context.
 """
 INDEX = ir.IntType(32)
 
@@ -48,7 +49,7 @@ class Vector(types.Type):
         return ir.VectorType(self.bits, WIDTH)
 
     def unify(self, _context: Any, other: Any) -> "Vector | None":
-        """Return the type of a variable that is of this type or of `other`.
+        """Return the common type of this type and `other`, for a variable.
 
         Parameters
         ----------
@@ -58,14 +59,14 @@ class Vector(types.Type):
         Returns
         -------
         Vector or None
-            None if `other` is no type of numbers.
+            None if `other` is not a type of numbers.
         """
         if not is_number(other):
             return None
         return max(self, vector_of(other), key=(MASK, WHOLE, LANES).index)
 
     def can_convert_from(self, _context: Any, other: Any) -> Any:
-        """Return how `other` converts to this type; None if it does not.
+        """Return numba's conversion from `other` to this type; None if impossible.
 
         Parameters
         ----------
@@ -83,7 +84,7 @@ MASK = Vector("mask of lanes", types.boolean, ir.IntType(1))
 
 
 class Found(types.Type):
-    """Type of the neighbours of a boid: their number per lane, and a list of all."""
+    """Type of the neighbours of a boid: a number per lane, and a list for all lanes."""
 
     def __init__(self) -> None:
         super().__init__("neighbours found in lanes")
@@ -93,17 +94,17 @@ FOUND = Found()
 
 
 def varies(kind: Any) -> bool:
-    """Return whether each lane has its own number of this type."""
+    """Return whether a type has one number per lane."""
     return isinstance(kind, Vector | Found)
 
 
 def is_number(kind: Any) -> bool:
-    """Return whether a type is that of a number or truth value, or a vector."""
+    """Return whether a type is the type of a number, a truth value or a vector."""
     return isinstance(kind, Vector | Found | types.Number | types.Boolean)
 
 
 def is_truth(kind: Any) -> bool:
-    """Return whether a type is that of a truth value, or a mask."""
+    """Return whether a type is the type of a truth value or a mask."""
     return kind is MASK or isinstance(kind, types.Boolean)
 
 
@@ -163,10 +164,11 @@ def _defines(
     result: Callable[[tuple[Any, ...]], Any],
     codes: dict[Vector, Callable[..., Any]],
 ) -> None:
-    """Give `function` a meaning for vectors.
+    """Define the meaning of `function` for vectors.
 
-    From the types of the arguments, `result` returns two types: that of the result, and
-    that to which the arguments are cast. `codes` has the code for each of the latter.
+    From the types of the arguments, `result` returns two types: the type of the result,
+    and the type to which the arguments are cast. `codes` has the code by type of the
+    cast arguments.
     """
 
     @infer_global(function)
@@ -195,13 +197,13 @@ def _defines(
 
 
 def _joint(arguments: tuple[Any, ...]) -> Vector:
-    """Return the type in which Python computes with numbers of these types."""
+    """Return the type in which Python computes with numbers of the given types."""
     widest = max(map(vector_of, arguments), key=(MASK, WHOLE, LANES).index)
     return WHOLE if widest is MASK else widest
 
 
-# Each returns two types for an operator, from the types of its arguments: that of the
-# result, and that to which the arguments are cast.
+# Each function returns two types for an operator, from the types of the arguments: the
+# type of the result, and the type to which the arguments are cast.
 
 
 def _same(arguments: tuple[Any, ...]) -> tuple[Vector, Vector]:
@@ -223,7 +225,7 @@ def _masks(arguments: tuple[Any, ...]) -> tuple[Any, Any]:
 
 
 def _llvm_function(name: str) -> Callable[..., Any]:
-    """Return the code of LLVM's own function for vectors of floats."""
+    """Return the code of LLVM's function for vectors of floats."""
 
     def code(builder: Any, *arguments: Any) -> Any:
         kind = ir.FunctionType(LANES.llvm, [argument.type for argument in arguments])
@@ -236,14 +238,14 @@ def _llvm_function(name: str) -> Callable[..., Any]:
 
 
 def _instruction(name: str) -> Callable[..., Any]:
-    """Return the code of LLVM's instruction of this name."""
+    """Return the code of LLVM's instruction `name`."""
     return lambda builder, *arguments: getattr(builder, name)(*arguments)
 
 
 def _compared(sign: str) -> dict[Vector, Callable[..., Any]]:
-    """Return the code of a comparison by type, as Python compares.
+    """Return the code of a comparison by type, with the rules of Python.
 
-    NaN is unequal to all numbers, and neither less nor more.
+    NaN is unequal to all numbers, and neither less nor greater.
     """
 
     def floats(builder: Any, first: Any, second: Any) -> Any:
@@ -257,9 +259,9 @@ def _compared(sign: str) -> dict[Vector, Callable[..., Any]]:
 
 
 def _extreme(sign: str) -> dict[Vector, Callable[..., Any]]:
-    """Return the code of `max` or `min` by type, as Python computes them.
+    """Return the code of `max` or `min` by type, with the rules of Python.
 
-    It is the first argument, unless the second is beyond it.
+    The result is the first argument, unless the second argument is beyond the first.
     """
     codes = _compared(sign)
 
@@ -319,7 +321,7 @@ for _operators, _name in (
 
 @intrinsic
 def spread(_context: Any, value: Any) -> Any:
-    """Return the vector of a number, the same in all lanes; keep a vector."""
+    """Return a vector with a number in all lanes; return a vector unchanged."""
     kind = vector_of(value)
 
     def code(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
@@ -365,7 +367,7 @@ def _select(context: Any, mask: Any, value: Any, otherwise: Any) -> Any:
 
 @intrinsic
 def lane(_context: Any, vector: Any, at: Any) -> Any:
-    """Return the number of one lane; a number is the same in all lanes.
+    """Return the number of one lane; a number is equal in all lanes.
 
     Parameters
     ----------
@@ -387,7 +389,7 @@ def lane(_context: Any, vector: Any, at: Any) -> Any:
 
 @intrinsic
 def put(_context: Any, vector: Any, at: Any, number: Any) -> Any:
-    """Return a vector with another number in one lane.
+    """Return a vector with a replaced number in one lane.
 
     Parameters
     ----------
@@ -427,13 +429,13 @@ def _read_as(of_vectors: Vector, of_numbers: Any) -> Any:
 
 
 number_bits = _read_as(WHOLE, types.int64)
-"""Bits of floats as integers."""
+"""Function that returns the bits of floats as integers."""
 bits_number = _read_as(LANES, types.float64)
-"""Floats of bits that are integers."""
+"""Function that returns the floats of bits that are integers."""
 
 
 def looked_up(table: Any, k: Any) -> Any:
-    """Return the entry of a table at `k`, for each lane its own."""
+    """Return the entry of a table at index `k` of each lane."""
     return table[k]
 
 
@@ -483,7 +485,7 @@ def mask_of(_context: Any, bits: Any) -> Any:
 
 
 def where(test: Any, value: Any, otherwise: Any) -> Any:
-    """Select by lanes; tuples are selected part by part.
+    """Select values lane by lane, and tuples part by part.
 
     Parameters
     ----------
@@ -491,7 +493,7 @@ def where(test: Any, value: Any, otherwise: Any) -> Any:
     value : number, Vector or tuple
         Result in lanes in which `test` is true.
     otherwise : number, Vector or tuple
-        Result in all other lanes.
+        Result in lanes in which `test` is false.
     """
     return value if test else otherwise
 
@@ -510,7 +512,7 @@ def _where(test: Any, value: Any, otherwise: Any) -> Any:
 
 
 def both(first: Any, second: Any) -> Any:
-    """Return `first and second`; both are computed."""
+    """Return `first and second`; the second side is always computed."""
     return first and second
 
 
@@ -522,7 +524,7 @@ def _both(first: Any, second: Any) -> Any:
 
 
 def either(first: Any, second: Any) -> Any:
-    """Return `first or second`; both are computed."""
+    """Return `first or second`; the second side is always computed."""
     return first or second
 
 

@@ -1,20 +1,20 @@
 """Metrics: kernels that turn recorded frames into numbers.
 
 A metric is a kernel `(frames, filled, ground, observation, values)` that writes one
-number for each of the `filled` first frames into `values`. To add a metric, write its
-kernel and enter it in METRICS.
+number for each of the `filled` first frames into `values`. To add a metric, write a
+kernel and enter the kernel in METRICS.
 
-Distances are in the plane, in a periodic world too: boids that perceive each other
-across its borders are not near each other here. Velocities are those at the end of a
-step, which patel2023 limits only when it moves.
+Distances are in the plane, also with periodic boundaries: boids that perceive each
+other across the borders are not near. Velocities are the velocities at the end of a
+step, which patel2023 limits only in the next move.
 
 motion  speed, turns, headings    shape    radius, distances, elongation, turning
 flocks  connected groups          places   obstacles and the goal
 spectrum  connectivity of the graph of near boids
 energy  the pair potential        counted  coverage, events, integrals over time
-herd    sheep, and their dog
-ground  types: a metric, and its inputs
-parts   metrics of boids of one kind, or of boids that work
+herd    a herd of sheep, and the dog
+ground  types: a metric, and the inputs of metrics
+parts   metrics of boids of one kind, or of boids that have not failed
 """
 
 from kernels.metrics import (
@@ -52,10 +52,10 @@ _GOAL = Demand(
 
 
 def _of_part(name: str) -> Metric | None:
-    """Return the metric of a part of the boids, of a metric in METRICS."""
+    """Return the metric of a part of the boids, derived from a metric in METRICS."""
     if OF not in name:
         return None
-    from kernels.models import MODELS  # which packages may bring
+    from kernels.models import MODELS  # imported late: packages may add models
 
     kinds = (kind for model in MODELS.values() for kind in model.kinds)
     return of_part(name, METRICS, kinds)
@@ -409,11 +409,11 @@ METRICS = Registry(
                 r" $V_i(r) = \begin{cases}"
                 r" \frac{1}{2} (a - \frac{c}{n_i}) (r_s^2 - r^2) & r < r_s \\"
                 r" \frac{1}{2} \frac{c}{n_i} (r^2 - r_s^2) & r_s \le r < r_c \\"
-                r" 0 & r \ge r_c \end{cases}$, where $a$ and $c$ are the strengths of"
-                r" separation and cohesion, $r_s$ and $r_c$ their ranges, and $n_i$ the"
-                r" number of boids nearer than $r_c$ to boid $i$. If boids nearer than"
-                r" $r_s$ do not cohere, $n_i$ leaves them out, and the first line has"
-                r" $a$ in place of $a - \frac{c}{n_i}$."
+                r" 0 & r \ge r_c \end{cases}$. Here $a$ and $c$ are the strengths of"
+                r" separation and cohesion, and $r_s$ and $r_c$ are the ranges. $n_i$"
+                r" is the number of boids nearer than $r_c$ to boid $i$. If boids nearer"
+                r" than $r_s$ do not cohere, $n_i$ leaves out these boids, and the"
+                r" first line has $a$ in place of $a - \frac{c}{n_i}$."
             ),
         ),
         "flock_potential": Metric(
@@ -545,6 +545,7 @@ METRICS = Registry(
             demands=PIXELS,
             short="CV",
             low=0.0,
+            reads=("coverage_cv_ddof",),
             formula=(
                 r"$\frac{1}{\bar n} \sqrt{\frac{1}{P - f} \sum_{q=1}^{P}"
                 r" (n_q - \bar n)^2}$, where $n_q$ is the number of visits to pixel $q$"
@@ -730,7 +731,7 @@ METRICS = Registry(
             within="goal_radius",
             formula=(
                 r"$\frac{1}{|A|} \sum_{i \in A} k_i \Delta t$, where $A$ are the boids"
-                r" that have arrived, as in `share_arrived`, and $k_i$ is the number of"
+                r" that have arrived (see `share_arrived`), and $k_i$ is the number of"
                 r" steps until the first arrival, at the last goal of several. NaN if"
                 r" none has arrived."
             ),
@@ -758,6 +759,7 @@ METRICS = Registry(
             source=_PATEL,
             distribution="percentage",
             pairs=True,
+            reads=("flock_range", "equilibrium_tolerance", "equilibrium_steps"),
             formula=(
                 r"$\frac{100}{N} \sum_{i=1}^{N} e_i$, where $e_i = 1$ if after each of"
                 r" the last `equilibrium_steps` steps boid $i$ had at least one"

@@ -1,4 +1,4 @@
-"""Counts of a trial, of pixels and of events, and integrals over its time."""
+"""Counts of pixels and events in a trial, and integrals over time."""
 
 import math
 
@@ -61,7 +61,7 @@ def coverage_total(
     frames, filled, ground, _observation
         See kernels.metrics.ground.Metric.
     values : array of float, shape (filled,)
-        Percent of all pixels, those in obstacles included.
+        Percent of all pixels, including pixels in obstacles.
     """
     for f in range(filled):
         values[f] = 100.0 * frames.counts[f, COVERED] / ground.pixels
@@ -77,7 +77,7 @@ def coverage_cv(
 ) -> None:
     """Compute the coefficient of variation of the visits to traversable pixels.
 
-    It is the standard deviation over the mean of the visit counts.
+    The coefficient is the standard deviation of the visit counts over the mean.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def escapes(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Count how often a boid has left the world since the start.
+    """Count the exits of boids from the world since the start.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def collisions(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Count how often the position of a boid has entered an obstacle since the start.
+    """Count the entries of boid positions into obstacles since the start.
 
     Parameters
     ----------
@@ -146,16 +146,17 @@ def boid_collisions(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Count how often a boid has come into contact with others since the start.
+    """Count the contacts of single boids since the start.
 
-    A boid is in contact if it is nearer than contact_distance to at least one other.
+    A boid is in contact if the distance to at least one further boid is below
+    contact_distance. The beginning of a contact is an event.
 
     Parameters
     ----------
     frames, filled, _ground, _observation
         See kernels.metrics.ground.Metric.
     values : array of float, shape (filled,)
-        Number of such events of all boids; both boids of a pair count.
+        Number of events of all boids; the two boids of a pair count separately.
     """
     for f in range(filled):
         values[f] = frames.counts[f, FIRST_EVENT + BOID_COLLISIONS]
@@ -171,7 +172,7 @@ def share_arrived(
 ) -> None:
     """Compute the fraction of boids that have been within goal_radius of the goal.
 
-    Where there are several goals, a boid must have been at each of them in turn.
+    With several goals, a boid must have been at each goal in turn.
 
     Parameters
     ----------
@@ -194,14 +195,14 @@ def time_to_goal(
 ) -> None:
     """Compute the mean time at which boids first came within goal_radius of the goal.
 
-    Where there are several goals in turn, the last one counts.
+    With several goals in turn, the last goal counts.
 
     Parameters
     ----------
     frames, filled, ground, _observation
         See kernels.metrics.ground.Metric.
     values : array of float, shape (filled,)
-        Mean over the boids that have arrived, in times; NaN if none has.
+        Mean over the boids that have arrived, in times; NaN before any arrival.
     """
     for f in range(filled):
         arrived = frames.counts[f, FIRST_EVENT + ARRIVED]
@@ -217,7 +218,7 @@ def goals_reached(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Compute the mean number of goals that a boid has reached, one after the other.
+    """Compute the mean number of goals that a boid has reached in turn.
 
     Parameters
     ----------
@@ -240,8 +241,8 @@ def equilibrium(
 ) -> None:
     """Compute the fraction of boids in a local equilibrium.
 
-    Such a boid has moved in step with all its neighbours, at least one, for
-    equilibrium_steps.
+    A boid is in equilibrium if for equilibrium_steps the boid has had neighbours, and
+    velocities close to the velocities of all neighbours.
 
     Parameters
     ----------
@@ -262,14 +263,15 @@ def dead_end_time(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Compute how long boids looked for a free heading and found none, since the start.
+    """Compute the time that boids have spent in dead ends since the start.
 
     Parameters
     ----------
     frames, filled, ground, _observation
         See kernels.metrics.ground.Metric.
     values : array of float, shape (filled,)
-        Sum over boids, in times; each step counts as dt.
+        Sum over boids, in times; a step counts as dt. In a dead end a boid looks for
+        a free heading and finds no free heading.
     """
     for f in range(filled):
         values[f] = ground.dt * frames.counts[f, FIRST_EVENT + DEAD_ENDS]
@@ -283,17 +285,17 @@ def pair_collisions(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Count how often two boids have come into contact since the start.
+    """Count the contacts of two boids since the start.
 
-    They are in contact if they are nearer than contact_distance. A pair counts once
-    until it is farther apart after a step.
+    Two boids are in contact below contact_distance. A pair counts once until the pair
+    is farther apart after a step.
 
     Parameters
     ----------
     frames, filled, _ground, _observation
         See kernels.metrics.ground.Metric.
     values : array of float, shape (filled,)
-        Number of such events of all pairs.
+        Number of contacts of all pairs.
     """
     for f in range(filled):
         values[f] = frames.counts[f, FIRST_EVENT + PAIR_COLLISIONS]
@@ -309,7 +311,7 @@ def collision_rate(
 ) -> None:
     """Compute the collisions per boid and unit of time since the start.
 
-    They are collisions of two boids and collisions with an obstacle. A collision of two
+    Collisions are contacts of two boids and entries into obstacles. A contact of two
     boids counts once.
 
     Parameters
@@ -336,7 +338,7 @@ def fissions(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Count how often flocks have parted between recorded frames, since the start.
+    """Count the fissions of flocks between recorded frames since the start.
 
     See kernels.events.regroup.
 
@@ -359,7 +361,7 @@ def fusions(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Count how often flocks have joined between recorded frames, since the start.
+    """Count the fusions of flocks between recorded frames since the start.
 
     See kernels.events.regroup.
 
@@ -384,7 +386,7 @@ def path_length(
 ) -> None:
     """Compute the mean length of the paths of boids since the start.
 
-    It is the integral of |v| over time, each step with the speed at its end.
+    The length is the integral of |v| over time, with the speed at the end of each step.
 
     Parameters
     ----------
@@ -407,13 +409,13 @@ def control_effort(
 ) -> None:
     """Compute the mean integral of |a|^2 over time since the start.
 
-    The acceleration a is the change of the velocity in a step over its time. A velocity
-    that is mirrored at a border changes.
+    The acceleration a is the change of the velocity in a step over the time of the
+    step. The mirroring of a velocity at a border is a change.
 
-    This is the cost of minimum-energy control: Athans and Falb (1966), Optimal Control.
-    A turn at constant speed v and rate w costs (v w)^2 per unit of time, in the limit
-    of short steps. In steps of dt it costs less by the factor (sin(h) / h)^2, h = w dt
-    / 2.
+    This integral is the cost of minimum-energy control: Athans and Falb (1966), Optimal
+    Control. A turn at constant speed v and rate w costs (v w)^2 per unit of time, in
+    the limit of short steps. In steps of dt the cost is lower by the factor (sin(h) /
+    h)^2, with h = w dt / 2.
 
     Parameters
     ----------
@@ -437,11 +439,11 @@ def mechanical_work(
 ) -> None:
     """Compute the mean work of the motors per unit of mass since the start.
 
-    It is the integral of the power v a where the power is positive. A boid that slows
-    down does not regain the energy.
+    The work is the integral of the power v a where the power is positive. A boid that
+    slows down does not regain the energy.
 
-    It equals the sum of all gains of |v|^2 / 2 from step to step. A fall and a rise of
-    the speed within one step are not seen.
+    The work equals the sum of all gains of |v|^2 / 2 from step to step. Changes of the
+    speed within one step are not detected.
 
     Parameters
     ----------

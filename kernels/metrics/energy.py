@@ -1,6 +1,6 @@
 """The potential energy of Eq. (27) of patel2023.
 
-The gradient of its pair potential gives the model's own rules.
+The gradient of the pair potential gives the rules of the model.
 
 For the strengths a of separation, within r_s, and c of cohesion, towards the mean of
 the n boids within r_c, with r_s <= r_c:
@@ -8,11 +8,11 @@ the n boids within r_c, with r_s <= r_c:
     V(r) = (a - c/n) (r_s^2 - r^2) / 2    for r < r_s
     V(r) = (c/n) (r^2 - r_s^2) / 2        for r_s <= r < r_c
 
-so that the force on a boid, with n held fixed, is the sum of both rules. V is least,
-namely 0, at r_s, as the publication asks, but stays finite as boids meet. If only
+so that the force on a boid, with n held fixed, is the sum of the two rules. The minimum
+of V is 0, at r_s, as in the publication, but V stays finite at distance 0. If only
 boids outside r_s cohere, the first line has a in place of a - c/n, and n counts only
-those boids. If r_s > r_c, which is not checked here, V is not the potential of the
-rules.
+the boids outside r_s. If r_s > r_c, which is not checked here, V is not the potential
+of the rules.
 """
 
 import math
@@ -28,7 +28,7 @@ from kernels.state import Floats
 
 @jit
 def _pair_potential(rule: PairPotential, attraction: float, distance2: float) -> float:
-    """Return V of a pair whose squared distance is `distance2`.
+    """Return V of a pair with the squared distance `distance2`.
 
     The `attraction` is c/n.
     """
@@ -70,7 +70,7 @@ def potential(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Compute the mean over boids of the sum of V over their pairs.
+    """Compute the mean over boids of the sum of V over all pairs of a boid.
 
     Parameters
     ----------
@@ -99,14 +99,15 @@ def flock_potential(
 ) -> None:
     """Compute the mean potential energy of a flock of two or more boids.
 
-    The energy of a flock is the sum over its boids. A boid counts all its pairs.
+    The energy of a flock is the sum over its boids. For each boid all pairs of the boid
+    count.
 
     Parameters
     ----------
     frames, filled, ground, observation
         See kernels.metrics.ground.Metric.
     values : array of float, shape (filled,)
-        Mean over such flocks, in length^2/time^2; NaN where there is none.
+        Mean over these flocks, in length^2/time^2; NaN without such a flock.
     """
     n = frames.bodies.shape[2]
     for f in range(filled):

@@ -17,7 +17,7 @@ from kernels.state import Floats
 def labels(x: Floats, y: Floats, reach: float) -> NDArray[np.int64]:
     """Return for every boid the label of its flock, an int64 array of shape (N,).
 
-    The label is the index of one boid of the flock, the same one for all its members.
+    The label is the index of a boid of the flock, equal for all members.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def labels(x: Floats, y: Floats, reach: float) -> NDArray[np.int64]:
 
 @jit_with_memory
 def sizes(flock: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the size (N,) of each flock at the index that labels it, 0 elsewhere."""
+    """Return sizes of flocks (N,), at the index of the flock label; 0 elsewhere."""
     members = np.zeros(flock.size, np.int64)
     for i in range(flock.size):
         members[flock[i]] += 1
@@ -42,7 +42,7 @@ def sizes(flock: NDArray[np.int64]) -> NDArray[np.int64]:
 
 @jit_with_memory
 def largest(flock: NDArray[np.int64]) -> tuple[int, int]:
-    """Return the label and the size of the largest flock, the first one of several."""
+    """Return the label and the size of the largest flock, the first of equal flocks."""
     members = sizes(flock)
     which = 0
     for label in range(members.size):
@@ -54,7 +54,7 @@ def largest(flock: NDArray[np.int64]) -> tuple[int, int]:
 @jit
 def count_flocks(members: NDArray[np.int64], least: int) -> int:
     """Count the flocks of at least `least` members, from the `sizes` of all."""
-    # np.sum loads 0.3 s of numba's own modules in each process.
+    # np.sum would load modules of numba for 0.3 s in each process.
     flocks = 0
     for label in range(members.size):
         flocks += int(members[label] >= least)
@@ -189,7 +189,7 @@ def boids_alone(
     observation: Observation,
     values: Floats,
 ) -> None:
-    """Count the boids that have no other within flock_range.
+    """Count the boids without a neighbour within flock_range.
 
     Parameters
     ----------
@@ -215,11 +215,11 @@ def flock_correlation(
 ) -> None:
     """Compute the mean correlation of the velocities of boids of one flock.
 
-    The correlation of a boid is the mean cosine of the angle between its velocity and
-    the velocities of the others of its flock. A pair of which one is at rest counts as
-    0. Boids alone are left out.
+    The correlation of a boid is the mean cosine of the angles between its velocity and
+    the velocities of the remaining boids of the flock. A pair with a boid at rest
+    counts as 0. Boids alone are left out.
 
-    It is phi_corr of Vasarhelyi et al. (2018).
+    The metric is phi_corr of Vasarhelyi et al. (2018).
 
     Parameters
     ----------

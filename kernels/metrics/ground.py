@@ -1,4 +1,4 @@
-"""Metrics, and their inputs besides the recorded frames."""
+"""Metrics, and the inputs of metrics besides recorded frames."""
 
 import math
 from collections.abc import Callable
@@ -30,7 +30,7 @@ class Ground(NamedTuple):
     kind : array of int, shape (N,)
         Index of the kind of each boid.
     motion : Motion or None
-        Motion of the obstacles, None where they are at rest. A metric of obstacles
+        Motion of the obstacles; None if obstacles are at rest. A metric of obstacles
         calls `place_obstacles(ground.motion, frames.step[f])` before it reads frame f.
     """
 
@@ -47,20 +47,20 @@ class Ground(NamedTuple):
 class Metric(NamedTuple):
     """Metric of the bodies of a frame, or of counts and integrals of the trial.
 
-    No confidence interval reaches below `low` or above `high`. Where all values but at
-    most one are equal, or there are no events, only such a range allows a confidence
-    interval. Confidence intervals hold less often than in 93 of 100 studies for few
-    values that pile up at an end, for counts in clusters, for long tails, and for rare
-    regimes (docs/explanations/intervals.md).
+    No confidence interval extends below `low` or above `high`. If all values but at
+    most one are equal, or no event occurred, a confidence interval needs this range.
+    The coverage of confidence intervals is below 93 % in four cases: few values that
+    accumulate at an end, counts in clusters, long tails, and rare regimes
+    (docs/explanations/intervals.md).
 
     Attributes
     ----------
     measure : callable
-        Kernel `(frames, filled, ground, observation, values)`. It reads the `filled`
-        first of F `frames` (Frames), the constants of the trial in `ground` (Ground)
-        and the parameters of the `observation` (Observation). It writes one value per
-        frame into `values`, an array of float of shape (filled,). Parameters that it
-        does not read begin with an underscore.
+        Kernel `(frames, filled, ground, observation, values)`. The kernel reads the
+        `filled` first of F `frames` (Frames), the constants of the trial in `ground`
+        (Ground) and the parameters of the `observation` (Observation). The kernel
+        writes one value per frame into `values`, an array of float of shape (filled,).
+        The names of unused parameters begin with an underscore.
     unit : str
         Unit, "" for none.
     text : str
@@ -68,44 +68,48 @@ class Metric(NamedTuple):
     source : str
         Publication that defines the metric, or "ours".
     better : {"high", "low", "neither"}
-        Direction of better values, unless a study states otherwise; "neither" for a
-        property of the flock apart from any task.
+        Direction of better values, unless a study states the direction; "neither" for a
+        property of the flock that is independent of any task.
     pairwise : bool
-        Whether it compares boids with each other, which takes longer.
+        Whether the metric compares pairs of boids, which takes longer.
     covers, counts, pairs : bool
-        Whether it needs, instead of the bodies: visited pixels; escapes, collisions and
-        arrivals; contacts between boids.
+        Whether the metric needs, instead of the bodies: visited pixels; escapes,
+        collisions and arrivals; contacts between boids.
     potential : bool
-        Whether it needs a model with a pair potential.
+        Whether the metric needs a model with a pair potential.
     state, kinds : tuple of str
-        Rows of state and kinds of boids with which those of the model must begin, in
-        this order. Row k of the state is `frames.bodies[f, FIRST_STATE + k]`, and
+        First state rows and first kinds of boids that the model must have, in this
+        order. Row k of the state is `frames.bodies[f, FIRST_STATE + k]`, and
         `ground.kind[i]` is the index of the kind of boid i.
     demands : tuple of Demand
-        Conditions on the settings of a study that records it.
+        Conditions on the settings of a study that records the metric.
     short : str
-        Name in the figure of visits, which shows no metric without one.
+        Name in the figure of visits, which shows only metrics with a short name.
     distribution : Distribution or None
-        Distribution of its values, one per trial: about "normal"; "skewed", with a long
+        Distribution of the values, one per trial: about "normal"; "skewed", with a long
         tail; a "count" of events; a "proportion" from 0 to 1 or a "percentage" from 0
-        to 100. The mean has the confidence interval for that distribution. With None it
-        has the one for normal values, and tables report that.
+        to 100. The mean has the confidence interval for this distribution. With None
+        the confidence interval is for normal values, and tables report this choice.
     per_step : bool
-        Whether it measures the change in one step, so that values with another time
-        step are not comparable.
+        Whether the metric measures the change in one step, so that values with
+        different time steps are not comparable.
     low, high : float
-        Bounds of its values, in its unit. Bounds that follow from the distribution need
-        not be repeated.
+        Bounds of the values, in the unit of the metric. Bounds that follow from the
+        distribution need not be repeated.
     cubic : bool
         Whether the time per frame grows with the cube of the number of boids.
     integrates : bool
-        Whether it needs sums over all steps of the motion of boids.
+        Whether the metric needs sums over all steps of the motion of boids.
     follows : bool
-        Whether it needs flocks that are followed from frame to frame.
+        Whether the metric needs flocks that are followed from frame to frame.
     part : str
-        Part of the boids that alone is measured, see kernels.metrics.parts; "" for all.
+        Part of the boids that the metric measures, see kernels.metrics.parts; "" for
+        all.
     within : Range
-        Setting that is its range, such as flock_range; "" for none.
+        Parameter that is the range of the metric, such as flock_range; "" without a
+        range.
+    reads : tuple of str
+        Further parameters of the observation that the metric reads.
     formula : str
         Definition for a paper: LaTeX, with words in Markdown around it.
     """
@@ -133,7 +137,14 @@ class Metric(NamedTuple):
     follows: bool = False
     part: str = ""
     within: Range = ""
+    reads: tuple[str, ...] = ()
     formula: str = ""
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Parameters of the observation that affect the values."""
+        of_coverage = ("pixel", "footprint", "footprint_radius") if self.covers else ()
+        return (*filter(None, (self.within,)), *self.reads, *of_coverage)
 
     @property
     def looks(self) -> bool:

@@ -1,6 +1,6 @@
-"""Metrics of a herd of sheep and its dog, the boid after them.
+"""Metrics of a herd of sheep and the dog, the boid after the sheep.
 
-The dog counts in its own metric alone.
+The dog counts only in the metric of the dog.
 """
 
 import math
@@ -17,16 +17,16 @@ SHEEP = 0
 
 @jit
 def _task_time(frames: Frames, f: int) -> float:
-    """Return the time at which the task was done, 0 before.
+    """Return the time at which the task was done; 0 before.
 
-    It is the first row of the state.
+    The time is the first row of the state.
     """
     return float(frames.bodies[f, FIRST_STATE, 0])
 
 
 @jit
 def _herd_centre(frames: Frames, ground: Ground, f: int) -> tuple[float, float, int]:
-    """Return the centre of mass of the sheep of frame `f`, and their number."""
+    """Return the centre of mass and the number of the sheep in frame `f`."""
     x, y, sheep = 0.0, 0.0, 0
     for i in range(frames.bodies.shape[2]):
         if ground.kind[i] == SHEEP:
@@ -88,7 +88,7 @@ def herd_radius(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Compute the mean distance of sheep from their centre of mass.
+    """Compute the mean distance of sheep from the centre of mass of the sheep.
 
     Parameters
     ----------
@@ -140,16 +140,16 @@ def dog_offset(
 ) -> None:
     """Compute the distance of the dog from the line from the goal through the sheep.
 
-    The line passes through the centre of mass of the sheep. The distance is positive
-    where the dog is anticlockwise of the line, seen from the goal.
+    The line passes through the centre of mass of the sheep. The distance is positive if
+    the dog is anticlockwise of the line, seen from the goal.
 
     Parameters
     ----------
     frames, filled, ground, _observation
         See kernels.metrics.ground.Metric.
     values : array of float, shape (filled,)
-        Signed distance, in lengths; NaN where the centre is at the goal, and
-        without a dog.
+        Signed distance, in lengths; NaN if the centre is at the goal, and without a
+        dog or sheep.
     """
     for f in range(filled):
         x, y, sheep = _herd_centre(frames, ground, f)

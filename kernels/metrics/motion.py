@@ -38,9 +38,9 @@ def speed(
 
 @jit
 def _turn(frames: Frames, f: int, i: int) -> float:
-    """Return the heading one step before less the heading, in (-2 pi, 2 pi) radians.
+    """Return the heading one step before minus the heading, in (-2 pi, 2 pi) radians.
 
-    It is 0 at rest and at the start.
+    The result is 0 at rest and at the start.
     """
     vx, vy = frames.bodies[f, VX, i], frames.bodies[f, VY, i]
     before_x, before_y = (
@@ -123,7 +123,7 @@ def polarization(
     frames, filled, _ground, _observation
         See kernels.metrics.ground.Metric.
     values : array of float, shape (filled,)
-        Length from 0 to 1; 1 if all boids head the same way.
+        Length from 0 to 1; 1 if all boids have one heading.
     """
     n = frames.bodies.shape[2]
     for f in range(filled):
@@ -147,19 +147,18 @@ def velocity_correlation(
 ) -> None:
     """Compute the mean cosine of the angle between the velocities of two boids.
 
-    The mean is over all pairs. A pair of which one is at rest counts as 0.
+    The mean is over all pairs. A pair with a boid at rest counts as 0.
 
-    It is phi_corr of Vasarhelyi et al. (2018) where all boids are of one flock. The
-    square of the sum of the unit vectors is the sum over pairs, twice, and over the
-    boids.
+    If all boids are in one flock, the metric is phi_corr of Vasarhelyi et al. (2018).
+    The square of the sum of the unit vectors is the sum over pairs, twice, plus the sum
+    over boids.
 
     Parameters
     ----------
     frames, filled, _ground, _observation
         See kernels.metrics.ground.Metric.
     values : array of float, shape (filled,)
-        Mean over pairs, at most 1, if all boids head the same way; NaN for one
-        boid.
+        Mean over pairs, at most 1, if all boids have one heading; NaN for one boid.
     """
     n = frames.bodies.shape[2]
     for f in range(filled):

@@ -1,7 +1,7 @@
-"""Metrics of a part of the flock: of boids of one kind, or of boids that work.
+"""Metrics of a part of the flock: boids of one kind, or boids that have not failed.
 
-`polarization_of_sheep` is the polarization of the sheep, as if there were no other
-boid. `polarization_of_working` is that of all boids that have not failed by then.
+`polarization_of_sheep` is the polarization of the sheep, without any further boid.
+`polarization_of_working` is the polarization of all boids that have not failed yet.
 """
 
 from collections.abc import Iterable, Mapping
@@ -20,7 +20,7 @@ OF = "_of_"
 def of_part(
     name: str, metrics: Mapping[str, Metric], kinds: Iterable[str]
 ) -> Metric | None:
-    """Return the metric of a part that a name denotes, or None.
+    """Return the metric of a part of the boids that a name denotes, or None.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def of_part(
     metrics : mapping of str to Metric
         Metrics that may have parts.
     kinds : iterable of str
-        Kinds of boids, which are parts too.
+        Kinds of boids; each kind is a part.
 
     Returns
     -------
@@ -49,7 +49,8 @@ def of_part(
 def has_parts(metric: Metric) -> bool:
     """Return whether a metric has metrics of parts of the boids.
 
-    It does if it reads the bodies, and treats all boids in the same way.
+    A metric has parts if the metric reads the bodies, and needs neither kinds nor state
+    rows.
     """
     return metric.looks and not (metric.kinds or metric.state or metric.part)
 
@@ -61,9 +62,9 @@ def members(
     fails_at: NDArray[np.int64],
     steps: NDArray[np.int64],
 ) -> NDArray[np.bool_]:
-    """Return which boids are of a part after each of some steps.
+    """Return a mask of the boids that belong to a part, after given steps.
 
-    A boid that fails when `fails_at` steps are done has failed after the next step.
+    A boid that fails after `fails_at` steps counts as failed after the next step.
 
     Parameters
     ----------

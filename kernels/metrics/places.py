@@ -15,7 +15,7 @@ from kernels.worlds import obstacle_distance
 def _clearance(world: World, x: float, y: float) -> float:
     """Return the distance of (x, y) from the nearest surface of an obstacle.
 
-    It is negative inside, and infinite without obstacles.
+    The distance is negative inside an obstacle, and infinite without obstacles.
     """
     nearest = math.inf
     for m in range(world.obstacle_x.size):
@@ -60,7 +60,7 @@ def least_clearance(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Compute the distance of the boid that is nearest to an obstacle.
+    """Compute the distance of the boid nearest to an obstacle.
 
     Parameters
     ----------
@@ -92,10 +92,10 @@ def depth_outside(
 ) -> None:
     """Compute the mean distance of boids from the free part of the world.
 
-    It is the distance to the world of a boid outside, or the depth of a boid in an
-    obstacle. A boid at an allowed position counts as 0.
+    The distance is the distance to the world for a boid outside, or the depth of a boid
+    in an obstacle. A boid at an allowed position counts as 0.
 
-    It is phi_wall of Vasarhelyi et al. (2018).
+    The metric is phi_wall of Vasarhelyi et al. (2018).
 
     Parameters
     ----------
@@ -152,9 +152,9 @@ def goal_spread(
     observation: Observation,
     values: Floats,
 ) -> None:
-    """Compute the mean distance of the boids at the goal from their centre.
+    """Compute the mean distance of boids at the goal from the centre of these boids.
 
-    A boid is at the goal within goal_radius of it.
+    A boid is at the goal if the distance to the goal is below goal_radius.
 
     Parameters
     ----------

@@ -98,8 +98,8 @@ def angular_momentum(
 ) -> None:
     """Compute the absolute mean of the cross product of two unit vectors.
 
-    The first vector points from the centre of mass to a boid, the second one along its
-    velocity. A boid at rest, and one at the centre, counts as 0.
+    The first vector points from the centre of mass to a boid, the second vector along
+    the velocity of the boid. A boid at rest or at the centre counts as 0.
 
     Couzin, Krause, James, Ruxton and Franks (2002), Collective memory and spatial
     sorting in animal groups, J. theor. Biol. 218, 1: the group angular momentum.
@@ -109,7 +109,7 @@ def angular_momentum(
     frames, filled, _ground, _observation
         See kernels.metrics.ground.Metric.
     values : array of float, shape (filled,)
-        Angular momentum from 0 to 1; 1 if all boids circle the centre the same way.
+        Angular momentum from 0 to 1; 1 if all boids circle the centre in one direction.
     """
     n = frames.bodies.shape[2]
     for f in range(filled):
@@ -132,9 +132,9 @@ def nearest_neighbour_distance(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Compute the mean distance to the nearest other boid.
+    """Compute the mean distance to the nearest neighbour.
 
-    The search sweeps outwards along x, so that it compares about N sqrt(N) pairs.
+    The search sweeps outwards along x and compares about N sqrt(N) pairs.
 
     Parameters
     ----------
@@ -171,9 +171,9 @@ def in_contact(
     observation: Observation,
     values: Floats,
 ) -> None:
-    """Compute the fraction of boids nearer than contact_distance to another.
+    """Compute the fraction of boids with a neighbour nearer than contact_distance.
 
-    Its mean over frames is the fraction of the time that a boid spends in contact.
+    The mean over frames is the fraction of the time that a boid spends in contact.
 
     Parameters
     ----------
@@ -197,7 +197,7 @@ def in_contact(
                 if dx * dx + dy * dy < reach * reach:
                     touching[i] = True
                     touching[j] = True
-        touched = 0  # np.sum loads 0.3 s of numba's own modules
+        touched = 0  # np.sum would load modules of numba for 0.3 s
         for i in range(n):
             touched += int(touching[i])
         values[f] = 100.0 * touched / n
@@ -211,7 +211,7 @@ def least_distance(
     _observation: Observation,
     values: Floats,
 ) -> None:
-    """Compute the distance of the two boids that are nearest to each other.
+    """Compute the least distance of two boids.
 
     Parameters
     ----------
@@ -245,8 +245,8 @@ def pairs_in_contact(
 ) -> None:
     """Compute the fraction of pairs of boids that are in contact.
 
-    A pair is in contact if its boids are nearer than contact_distance to each other.
-    phi_coll of Vasarhelyi et al. (2018) is a fraction, and a hundredth of the values.
+    A pair is in contact if the distance of the two boids is below contact_distance.
+    phi_coll of Vasarhelyi et al. (2018) is a fraction, a hundredth of the values.
 
     Parameters
     ----------
@@ -323,7 +323,8 @@ def neighbours_ahead(
 ) -> None:
     """Compute the fraction of the neighbours of moving boids that are ahead.
 
-    A neighbour is ahead within 90 degrees of the course of the boid.
+    A neighbour is ahead if its direction is within 90 degrees of the course of the
+    boid.
 
     Parameters
     ----------

@@ -12,9 +12,7 @@ from kernels.settings import Observation
 from kernels.state import Floats
 
 BISECTIONS, SMALLEST = 60, 1e-30
-"""Number of bisections, which narrow an interval to the rounding of its ends, and the
-number that replaces a pivot of 0.
-"""
+"""Number of bisections, down to rounding, and the replacement of a pivot of 0."""
 
 
 @jit_with_memory
@@ -27,18 +25,18 @@ def algebraic_connectivity(
 ) -> None:
     """Compute the second smallest eigenvalue of the Laplacian of the graph.
 
-    It takes about N^3 operations per frame.
+    The computation takes about N^3 operations per frame.
 
     M. Fiedler (1973), Algebraic connectivity of graphs, Czechoslovak Mathematical
-    Journal 23, 298. By Householder's reflections and Sturm's sequence, as in G. Golub,
-    C. Van Loan (2013), Matrix Computations, sections 8.3.1 and 8.4.1.
+    Journal 23, 298. The method is Householder reflections and Sturm sequences, see G.
+    Golub, C. Van Loan (2013), Matrix Computations, sections 8.3.1 and 8.4.1.
 
     Parameters
     ----------
     frames, filled, _ground, observation
         See kernels.metrics.ground.Metric.
     values : array of float, shape (filled,)
-        Eigenvalue; 0 where the graph has several components, NaN for one boid.
+        Eigenvalue; 0 if the graph has several components, NaN for one boid.
     """
     n, reach = frames.bodies.shape[2], observation.flock_range
     matrix = np.zeros((n, n))
@@ -55,7 +53,7 @@ def algebraic_connectivity(
 
 @jit
 def _laplacian(x: Floats, y: Floats, reach: float, matrix: Floats) -> None:
-    """Enter the degrees on the diagonal, and -1 for each pair that is joined."""
+    """Write the degrees on the diagonal, and -1 for each connected pair."""
     for i in range(x.size):
         degree = 0.0
         for j in range(x.size):
@@ -68,9 +66,10 @@ def _laplacian(x: Floats, y: Floats, reach: float, matrix: Floats) -> None:
 
 @jit
 def _tridiagonal(matrix: Floats, work: Floats, beside: Floats) -> None:
-    """Turn a symmetric matrix (n, n) into a tridiagonal one with the same eigenvalues.
+    """Reduce a symmetric matrix (n, n) to a tridiagonal matrix of equal eigenvalues.
 
-    Its diagonal stays in place, and the secondary diagonal is written into `beside`.
+    The diagonal stays in place, and the function writes the secondary diagonal into
+    `beside`.
     """
     n = work.size
     for k in range(n - 1):
@@ -80,7 +79,7 @@ def _tridiagonal(matrix: Floats, work: Floats, beside: Floats) -> None:
         size = math.sqrt(square)
         first = matrix[k + 1, k]
         beside[k] = -size if first > 0.0 else size
-        # Of v, which is reflected, the column keeps all but its first number.
+        # The column keeps all components of the reflected v but the first.
         matrix[k + 1, k] = first - beside[k]
         length = 2.0 * (square - first * beside[k])
         if length > 0.0:
@@ -89,9 +88,9 @@ def _tridiagonal(matrix: Floats, work: Floats, beside: Floats) -> None:
 
 @jit
 def _reflect(matrix: Floats, k: int, length: float, work: Floats) -> None:
-    """Reflect the part right of and below column k: A - v w' - w v'.
+    """Reflect the part to the right of and below column k: A - v w' - w v'.
 
-    The vector v is below the diagonal of the column; its square is `length`.
+    The vector v is below the diagonal of the column; `length` is the square of v.
     """
     n = work.size
     along = 0.0
@@ -112,8 +111,8 @@ def _reflect(matrix: Floats, k: int, length: float, work: Floats) -> None:
 def _second_smallest(matrix: Floats, beside: Floats) -> float:
     """Return the second smallest eigenvalue of a tridiagonal matrix.
 
-    None of its eigenvalues is below 0. It is the point from which on two
-    eigenvalues are below, found by bisection.
+    No eigenvalue is below 0. Bisection finds the least number with two eigenvalues
+    below this number.
     """
     n = matrix.shape[0]
     low, high = 0.0, 0.0

@@ -32,7 +32,7 @@ OBSTACLE_FIRST, SEPARATION_FIRST = 0, 1
 
 
 class Params(NamedTuple):
-    """Gains, perception and limits of section 2 and 3.4."""
+    """Gains, perception and limits of sections 2 and 3.4."""
 
     separation_weight: Annotated[
         float,
@@ -225,8 +225,8 @@ def _obstacle_and_wall(
 ) -> tuple[float, float, float, float]:
     """Return the obstacle force and the wall force at (x, y).
 
-    Where walls are obstacles, the first force is the sum of both and the second is
-    zero.
+    If walls are obstacles, the first force is the sum of the two forces, and the second
+    force is zero.
     """
     obstacle_x, obstacle_y = repulsion_inverse(
         world, work.reach, params.obstacle_range, params.epsilon, x, y
@@ -252,9 +252,9 @@ def _acceleration(
     work: Workspace,
     found: int,
 ) -> tuple[float, float]:
-    """Return the forces on boid `i`, served in order of priority.
+    """Return the sum of the forces on boid `i`, served in order of priority.
 
-    Each force gets what the earlier ones left of the budget `max_acceleration`.
+    Each force gets the rest of the budget `max_acceleration` after earlier forces.
     """
     x, y = own.x[i], own.y[i]
     range2 = square_range(params.separation_range, params.range_inclusive)

@@ -145,14 +145,14 @@ AS_WRITTEN = COMMON | {
     "contact_distance": 0.01,
     "pixel": 0.1,
 }
-"""100 animals without borders, which start within a square of side 10.
+"""100 animals in an unbounded world, which start within a square of side 10.
 
 There is no program of the authors, so as_run equals as_written.
 """
 
 
 def _state(orientation_width: float) -> dict[str, object]:
-    """Return the preset of one state of the plane for its `orientation_width`."""
+    """Return the preset of one collective state, given by `orientation_width`."""
     return AS_WRITTEN | {
         "orientation_width": orientation_width,
         "flock_range": 11.0 + orientation_width,
@@ -174,11 +174,12 @@ def _desired(
 ) -> tuple[float, float]:
     """Return the desired direction of boid `i`, not scaled; zero without any pull.
 
-    Neighbours in the zone of repulsion, all round, decide alone. The boid then heads
-    away from all of them, by unit vectors, Eq. (1). Otherwise two sums over visible
-    neighbours are added: the unit velocities in the zone of orientation, Eq. (2), and
-    the unit vectors to neighbours in the zone of attraction, Eq. (3). With
-    `unit_vectors` each sum has length 1 first.
+    If neighbours are in the zone of repulsion, all round, only these neighbours count.
+    The boid then heads away from all of these neighbours, by unit vectors, Eq. (1).
+    Otherwise two sums over visible neighbours are added: the unit velocities in the
+    zone of orientation, Eq. (2), and the unit vectors to neighbours in the zone of
+    attraction, Eq. (3). With `unit_vectors` each sum is normalised to length 1 before
+    the addition.
     """
     repulsion2 = params.repulsion_range * params.repulsion_range
     outer = params.repulsion_range + params.orientation_width
@@ -196,7 +197,7 @@ def _desired(
             crowd += 1.0
         elif along * abs(along) >= view:
             if square < orientation2:
-                # The place in the list is written out: it is the same in all lanes.
+                # The index in the list is written out, since it is equal in all lanes.
                 vx = others.vx[work.near.boid[k]]
                 vy = others.vy[work.near.boid[k]]
                 x, y = direction(vx, vy, 0.0, 0.0)
@@ -232,8 +233,8 @@ def advance(
 ) -> bool:
     """Advance `flock` by `steps` updates; return whether its state stays finite.
 
-    A boid without any pull desires its own heading. The desired direction is missed by
-    a Gaussian angle. The boid turns towards the result by at most max_turn dt, and
+    A boid without any pull desires its own heading. A Gaussian angle rotates the
+    desired direction. The boid turns towards the result by at most max_turn dt, and
     moves by s dt.
 
     Parameters

@@ -1,4 +1,4 @@
-"""Boids that adopt each other's velocities, less the farther apart they are.
+"""Boids that adopt the velocities of boids, with weights that fall with distance.
 
 F. Cucker, S. Smale (2007), Emergent behavior in flocks, IEEE Transactions on Automatic
 Control 52, 852-862. Lengths and times are dimensionless in the paper.
@@ -33,7 +33,7 @@ SUM, MEAN = 0, 1
 
 
 class Params(NamedTuple):
-    """The constants of the weights a_ij = K / (sigma^2 + |x_i - x_j|^2)^beta."""
+    """Constants of the weights a_ij = K / (sigma^2 + |x_i - x_j|^2)^beta."""
 
     strength: Annotated[
         float,
@@ -104,14 +104,12 @@ AS_WRITTEN = COMMON | {
     "contact_distance": 0.01,
     "pixel": 0.1,
 }
-"""beta = 0.4, below the 1/2 up to which every flock agrees. The world has no borders.
+"""beta = 0.4, below the limit 1/2 up to which every flock agrees; no borders.
 
 There is no program of the authors, so as_run equals as_written.
 """
 CONDITIONAL = AS_WRITTEN | {"exponent": 0.8, "weights": "mean"}
-"""beta = 0.8: a flock agrees if its boids are near enough, and slow enough against each
-other.
-"""
+"""beta = 0.8: a flock agrees if distances and velocity differences are small enough."""
 
 
 def sight(params: Params) -> Sight:
@@ -128,7 +126,7 @@ def _pull(
     With weights `mean` the sum is divided by the number of boids.
     """
     sigma2, near = params.decay_length * params.decay_length, work.near
-    for k in range(whole(found)):  # a loop without sums: several at once
+    for k in range(whole(found)):  # a vectorised loop without sums
         near.factor[k] = power(sigma2 + near.distance2[k], -params.exponent)
     x, y = 0.0, 0.0
     for k in range(found):
@@ -150,9 +148,10 @@ def advance(
 ) -> bool:
     """Advance `flock` by `steps` updates; return whether its state stays finite.
 
-    The flock of the paper in discrete time: x(t + h) = x(t) + h v(t), with the velocity
-    from before the step, and v_i(t + h) = v_i(t) + h times the pull. While h times the
-    sum of a boid's weights is at most 1, its new velocity is a mean of old ones.
+    The update is the flock of the paper in discrete time. The position is
+    x(t + h) = x(t) + h v(t), with the velocity from before the step. The velocity is
+    v_i(t + h) = v_i(t) + h times the pull. If h times the sum of the weights of a boid
+    is at most 1, the new velocity is a mean of old velocities.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Boids that propel themselves and attract and repel each other by a potential.
+"""Self-propelled boids that attract and repel boids by a potential.
 
 M. R. D'Orsogna, Y. L. Chuang, A. L. Bertozzi, L. S. Chayes (2006), Self-propelled
 particles with soft-core interactions: patterns, stability, and collapse, Physical
@@ -44,7 +44,7 @@ TINY = 1e-300
 
 
 class Params(NamedTuple):
-    """The constants of Eqs. (1) to (3)."""
+    """Constants of Eqs. (1) to (3)."""
 
     propulsion: Annotated[
         float,
@@ -139,10 +139,10 @@ AS_WRITTEN = COMMON | {
     "contact_distance": 0.01,
     "pixel": 0.1,
 }
-"""C = C_r / C_a = 0.5 and l = l_r / l_a = 0.5: rings, on which boids circle both ways.
+"""C = C_r / C_a = 0.5 and l = l_r / l_a = 0.5: rings; boids circle in two directions.
 
-The world has no borders, and boids start within a square of side 4 in its middle. There
-is no program of the authors, so as_run equals as_written.
+The world has no borders, and boids start within a square of side 4 in the middle of the
+world. There is no program of the authors, so as_run equals as_written.
 """
 MILL = AS_WRITTEN | {
     "repulsion_strength": 1.0,
@@ -150,7 +150,7 @@ MILL = AS_WRITTEN | {
     "attraction_length": 2.0,
     "n": 100,
 }
-"""C = 2 and l = 0.25: a mill with a hole in its middle."""
+"""C = 2 and l = 0.25: a mill with a hole in the middle."""
 
 
 def sight(params: Params) -> Sight:
@@ -169,7 +169,7 @@ def _force(params: Params, near: Near, found: int) -> tuple[float, float]:
     pull = params.attraction_strength / params.attraction_length
     push_rate = -1.0 / params.repulsion_length
     pull_rate = -1.0 / params.attraction_length
-    for k in range(whole(found)):  # a loop without sums: several at once
+    for k in range(whole(found)):  # a vectorised loop without sums
         distance = math.sqrt(near.distance2[k])
         slope = pull * exp(pull_rate * distance)
         slope -= push * exp(push_rate * distance)
@@ -191,12 +191,12 @@ def _pacing(params: Params, dt: float) -> tuple[float, float]:
 
 @jit
 def _paced(vx: float, vy: float, decay: float, brake: float) -> tuple[float, float]:
-    """Return a velocity after its boid has propelled itself for a while.
+    """Return a velocity after a time of propulsion and friction.
 
-    It is the solution of m v' = (alpha - beta |v|^2) v: v / sqrt(D + B |v|^2). After
-    the time t, `decay` D is exp(-2 alpha t / m), and `brake` B is beta (1 - D) / alpha.
-    The speed sqrt(alpha / beta) does not change. D is at least TINY, so that boids at
-    rest stay so after any time.
+    The solution of m v' = (alpha - beta |v|^2) v is v / sqrt(D + B |v|^2). After the
+    time t, `decay` D is exp(-2 alpha t / m), and `brake` B is beta (1 - D) / alpha. The
+    speed sqrt(alpha / beta) does not change. D is at least TINY, so that boids at rest
+    stay at rest after any time.
     """
     share = 1.0 / math.sqrt(max(decay, TINY) + brake * (vx * vx + vy * vy))
     return share * vx, share * vy
@@ -214,10 +214,10 @@ def advance(
 ) -> bool:
     """Advance `flock` by `steps` updates; return whether its state stays finite.
 
-    Eqs. (1) and (2), x' = v and m v' = (alpha - beta |v|^2) v - grad U, by leapfrog. A
-    boid propels itself for half a step, is pushed by the force at its position for a
-    whole one, propels itself for the other half, and then moves by v dt. So velocities
-    are half a step behind positions, and the error of a path is of the order of dt^2.
+    Eqs. (1) and (2), x' = v and m v' = (alpha - beta |v|^2) v - grad U, by leapfrog.
+    Propulsion acts for half a step, then the force at the position for a whole step,
+    then propulsion for the second half. Then the boid moves by v dt. So velocities are
+    half a step behind positions, and the error of a path is of the order of dt^2.
 
     Parameters
     ----------

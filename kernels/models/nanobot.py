@@ -1,4 +1,4 @@
-"""Boids that keep a protected range about them.
+"""Boids with a protected range.
 
 The source is the pseudocode of "Boids for nanobot swarms", which names no author.
 """
@@ -32,7 +32,7 @@ from kernels.workspace import Workspace
 
 
 class Params(NamedTuple):
-    """Arguments of the pseudocode, and one choice that the pseudocode makes."""
+    """Arguments of the pseudocode, and one choice of the pseudocode."""
 
     separation_weight: Annotated[
         float,
@@ -150,10 +150,10 @@ AS_WRITTEN = COMMON | {
     "start_speed": 4.0,
     "flock_range": 40.0,
 }
-"""The document gives no values. These are widely used with this pseudocode; boids,
-steps and start are our choice.
+"""Values that are widely used with the pseudocode; the publication gives no values.
 
-There is no program of the authors either, so as_run equals as_written.
+The numbers of boids and steps and the start are choices of boidsweep. There is no
+program of the authors, so as_run equals as_written.
 """
 
 
@@ -226,7 +226,7 @@ def advance(
     """Advance `flock` by `steps` updates; return whether its state stays finite.
 
     v += dt times each rule, limited at both ends; p += v dt. At rest the pseudocode
-    divides by zero: here a boid at rest stays so until a rule moves it.
+    divides by zero. Here a boid at rest stays at rest until a rule moves the boid.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Boids with obstacles, swept over one weight at a time.
+"""Boids with obstacles, with sweeps over one weight at a time.
 
 The source is Nguyen (2024), "Monte Carlo analysis of boid simulations".
 """
@@ -168,7 +168,7 @@ AS_RUN = AS_WRITTEN | {
     "range_inclusive": False,
     "update": "sequential",
     "borders": "torus",
-    "minimum_image": False,  # their program wraps positions, and measures in the plane
+    "minimum_image": False,  # the program wraps positions and measures in the plane
     "obstacle_positions": "integer",
     "start_positions": "integer",
     "start_velocities": "components",
@@ -199,7 +199,7 @@ def _acceleration(
 ) -> tuple[float, float]:
     """Return the weighted sum of Eq. (3) for boid `i`.
 
-    Each force is limited to max_force; the wander and the sum are not.
+    Each force is limited to max_force; the wander term and the sum have no limit.
     """
     most, inclusive = params.max_force, params.range_inclusive
     away_x, away_y, vx, vy, aligned, to_x, to_y, joined = ranged_sums(
@@ -241,7 +241,7 @@ def advance(
 ) -> bool:
     """Advance `flock` by `steps` updates; return whether its state stays finite.
 
-    Eqs. (1) and (2): v += a dt, p += displacement_factor v dt, then the drag takes its
+    Eqs. (1) and (2): v += a dt, p += displacement_factor v dt, then the drag removes a
     fraction of v.
 
     Parameters

@@ -32,7 +32,7 @@ ALWAYS, IN_MARGIN, NEVER = 0, 1, 2
 
 
 class Params(NamedTuple):
-    """Parameters of Table I. Lengths are pixels, ten per metre."""
+    """Parameters of Table I; lengths in pixels, ten per metre."""
 
     separation_weight: Annotated[
         float,
@@ -191,18 +191,19 @@ AS_WRITTEN = COMMON | {
     "start_free": False,
     "flock_range": 80.0,
 }
-"""The world is the window. The arena is the part that is at least 100 px from its
-borders. Rocks are points.
+"""The world is the window; the arena is at least 100 px from the borders.
 
-The document does not give the rate of frames, nor how long a trial is; 500 steps are
-our choice.
+Rocks are points. The publication gives neither the frame rate nor the length of a
+trial; 500 steps are a choice of boidsweep.
 """
 AS_RUN = AS_WRITTEN | {"border_adds_velocity": "always"}
 AS_INTENDED = AS_WRITTEN | {"border_adds_velocity": "never"}
-"""In the text the border rule gives V + T or V - T, Eqs. (18) and (19), which Eq. (21)
-adds to V: in a margin a component of the velocity doubles. The program gives V
-elsewhere, so there it doubles every component in every step. Neither is likely to be
-meant: T alone turns a rover back.
+"""The border rule without the velocity: T alone turns a rover back.
+
+In the publication the border rule gives V + T or V - T, Eqs. (18) and (19). Eq. (21)
+adds the result to V, so a component of the velocity doubles in a margin. The program
+gives V outside margins, so every component doubles in every step there. The authors
+probably intended neither version.
 """
 
 
@@ -242,8 +243,8 @@ def _move(moved: Flock, world: World, params: Params, i: int) -> None:
 def _border(params: Params, position: float, velocity: float, length: float) -> float:
     """Return one component of V_border, Eqs. (18) and (19).
 
-    `border_adds_velocity` chooses the reading of the text, of the program or the
-    intention.
+    `border_adds_velocity` selects the version of the publication, of the program or of
+    the probable intention.
     """
     back = turn_back(position, length, params.border_margin)
     adds = params.border_adds_velocity
@@ -261,9 +262,9 @@ def _new_velocity(
     work: Workspace,
     found: int,
 ) -> tuple[float, float]:
-    """Return the velocity of boid `i` after five rules.
+    """Return the velocity of boid `i` after all rules.
 
-    Each rule acts on the result of the rule before.
+    Each of the five rules acts on the result of the rule before.
     """
     near, dt = work.near, params.dt
     x, y = separation_linear(
@@ -308,10 +309,11 @@ def advance(
     """Advance `flock` by `steps` updates; return whether its state stays finite.
 
     p += v dt, then v += dt times the sum of the rules at the new position. In a
-    synchronous update all boids move before any boid looks. The velocity at the end of
-    a step is limited only at the beginning of the next step. So recorded velocities are
-    faster than the moves: as run about 21 px per step, while moves are 10 px. Boids
-    that measure and hear know all positions, their own included, from before the move.
+    synchronous update all boids move before any boid perceives. The velocity at the end
+    of a step is limited only at the beginning of the next step. So recorded velocities
+    exceed the moves: in as_run about 21 px per step, while moves are 10 px. With
+    sensing or communication, boids know all positions, also their own, from before the
+    move.
 
     Parameters
     ----------

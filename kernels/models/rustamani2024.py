@@ -325,14 +325,15 @@ AS_WRITTEN = COMMON | {
     "contact_distance": 0.1,
     "pixel": 0.05,
 }
-"""The document has one tolerance for stopping and slowing and gives no value: here that
-of the program's stop.
+"""The algorithms of the publication, with weights of 1.
 
-Nor does it give weights: here all are 1, and nobody ran that. What the algorithms do
-together depends on the weights, so this preset says what each of them does alone. How
-robots start is not said: uniform in the arena with half the speed is our choice. Every
-robot is a process of its own that reacts to the last published state of the others, so
-the update is synchronous.
+The publication has one tolerance for stopping and slowing, without a value. Here the
+value is the tolerance for stopping in the program. The publication gives no weights, so
+all weights are 1, and no author ran this preset. The joint effect of the algorithms
+depends on the weights, so this preset shows the effect of each algorithm alone. The
+publication does not state the start. Boids start uniformly in the arena with half the
+speed, a choice of boidsweep. Every robot is a separate process that reacts to the last
+published states of all robots, so the update is synchronous.
 """
 AS_RUN = AS_WRITTEN | {
     "obstacle_weight": 6.6,
@@ -352,7 +353,7 @@ AS_RUN = AS_WRITTEN | {
     "acceleration_pool": 6.65,
     "component_limits": True,
 }
-"""The authors' program at its last state."""
+"""Last version of the program of the authors."""
 AS_REPORTED = AS_RUN | {
     "obstacle_weight": 6.3,
     "separation_weight": 1.5,
@@ -361,7 +362,7 @@ AS_REPORTED = AS_RUN | {
     "fov": 360.0 / 1.4,
     "acceleration_pool": 6.5,
 }
-"""The authors' program as it stood when the document was written."""
+"""Version of the program of the authors at the time of the publication."""
 
 
 def sight(params: Params) -> Sight:
@@ -380,9 +381,7 @@ def _leaders(params: Params, n: int) -> int:
 
 
 MOST_LOOKS = 10**6
-"""Places on all paths that one boid looks along in one step; the published settings
-have about sixty.
-"""
+"""Most positions on all paths that one boid checks per step; published: about 60."""
 DEMANDS = (
     Demand(
         f"ceil(width / grid_cell) * ceil(height / grid_cell) <= {MOST_CELLS}",
@@ -461,7 +460,7 @@ def _navigation(
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return the weighted arrival and seek of boid `i`.
 
-    Both are zero unless the boid `leads`: only leaders know the goal.
+    The terms are zero unless the boid `leads`: only leaders know the goal.
     """
     if not leads:
         return (0.0, 0.0), (0.0, 0.0)

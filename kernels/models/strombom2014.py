@@ -3,27 +3,30 @@
 D. Strombom, R. P. Mann, A. M. Wilson, S. Hailes, A. J. Morton, D. J. T. Sumpter, A. J.
 King (2014), Solving the shepherding problem: heuristics for herding autonomous,
 interacting agents, Journal of the Royal Society Interface 11, 20140719. Only the
-abstract was at hand. Equations and numbers are those on which other programs agree:
-HerdSim, which names sections of the paper, two programs in Python (shepherd_gym; one of
-A. Sheets), one in MATLAB of the Theoretical Ecology and Evolution laboratory, and a
-later program of Strombom's own for leading and herding.
+abstract was available. Equations and numbers are the equations and numbers on which
+five programs agree. The programs are HerdSim, which names sections of the paper,
+shepherd_gym and a program of A. Sheets in Python, and a program in MATLAB of the
+Theoretical Ecology and Evolution laboratory. The fifth program is a later program of
+Strombom for leading and herding.
 
-Where these programs differ, the reading is a parameter, or it is one of these:
+If the programs differ, a parameter selects the version, or the version is in this list:
 
 - a dog within three times r_a of a sheep stops (HerdSim, Strombom), or is slow (Sheets:
   0.3 r_a per step): `near_speed`
-- the dog misses its way as sheep do (HerdSim, MATLAB), or does not (the others):
-  `dog_noise`
-- the task is done when all sheep are at the goal (HerdSim), or when their centre is
-  (shepherd_gym): `done_when`. The radius of the goal differs in all programs.
-- a sheep that grazes stands still or takes a step in a random direction (HerdSim). With
-  Sheets this step is along its inertia and away from others, too.
-- all are updated at once (MATLAB), or the sheep before the dog (HerdSim): `update`
+- the directions of the dog are noisy like the directions of sheep (HerdSim, MATLAB), or
+  exact (remaining programs): `dog_noise`
+- the task is done when all sheep are at the goal (HerdSim), or when the centre of the
+  sheep is at the goal (shepherd_gym): `done_when`. The radius of the goal differs in
+  all programs.
+- a grazing sheep is at rest or takes a step in a random direction (HerdSim). In the
+  program of Sheets this step also follows the inertia and separation of the sheep.
+- all boids are updated at once (MATLAB), or the sheep before the dog (HerdSim):
+  `update`
 - the border is open, as in all programs but HerdSim
-- a dog that sees only some sheep takes their number for N: no program has this case
+- a dog that perceives only some sheep uses their number as N: no program has this case
 
-Directions come from arithmetic alone, so that trials are bitwise identical with any
-library of mathematics.
+Directions come from arithmetic alone, so trials are bitwise identical with any
+mathematics library.
 """
 
 import math
@@ -55,12 +58,12 @@ from kernels.workspace import Workspace
 
 CENTRE = 1
 TASK_TIME = 0
-"""The row of the state."""
+"""Index of the state row."""
 EVERYONE = 10_000_000
 
 
 class Params(NamedTuple):
-    """Parameters of Table 1, and choices in which programs of others differ."""
+    """Parameters of Table 1, and choices in which the programs differ."""
 
     repulsion_range: Annotated[
         float,
@@ -109,7 +112,7 @@ class Params(NamedTuple):
         float, About("weight of the attraction to the nearest sheep", low=0, symbol="c")
     ]
     flight_strength: Annotated[
-        float, About("weight of the flight from the dog", low=0, symbol=r"\rho_s")
+        float, About("weight of the escape from the dog", low=0, symbol=r"\rho_s")
     ]
     noise: Annotated[
         float,
@@ -174,7 +177,7 @@ class Params(NamedTuple):
     done_when: Annotated[
         int,
         About(
-            "condition that ends the task, after which all boids stand still: all_sheep"
+            "condition that ends the task, after which all boids are at rest: all_sheep"
             " at the goal, or the centre of mass of the sheep",
             choices=("all_sheep", "centre"),
         ),
@@ -229,11 +232,12 @@ AS_WRITTEN = COMMON | {
     "obstacle_margin": 10.0,
     "contact_distance": 0.1,
 }
-"""50 sheep, each drawn to all others, in the upper right quarter of a field of side
-150, a dog in the lower left one, and the goal in the corner there.
+"""50 sheep, each attracted to all sheep, and a dog, in a field of side 150.
 
-20 for each boid and 630 more steps are those of other studies; the radius of the goal
-is our choice. There is no program of the authors, so as_run equals as_written.
+The sheep start in the upper right quarter and the dog in the lower left quarter, with
+the goal in the lower left corner. The time of 20 steps per boid and 630 more steps is
+from other studies. The radius of the goal is a choice of boidsweep. There is no program
+of the authors, so as_run equals as_written.
 """
 
 
@@ -258,9 +262,9 @@ def _way(own: Flock, world: World, i: int, x: float, y: float) -> tuple[float, f
 
 @jit
 def _is_done(flock: Flock, world: World, params: Params) -> bool:
-    """Return whether all sheep, or their centre, are at the goal.
+    """Return whether all sheep, or the centre of the sheep, are at the goal.
 
-    `done_when` chooses between both. Without any sheep the task is never done.
+    `done_when` selects the condition. Without any sheep the task is never done.
     """
     sheep = flock.x.size - 1
     reach2 = params.target_radius * params.target_radius
@@ -296,10 +300,11 @@ def _sheep_velocity(
 ) -> tuple[float, float]:
     """Return the velocity of sheep `i`.
 
-    With the dog within r_s it is along h H + c C + rho_a R_a + rho_s R_s + e epsilon, a
-    sum of unit vectors. H is the heading of its last move. C points to the centre of
-    mass of the nearest sheep. R_a is along the sum of the unit vectors away from sheep
-    within r_a. R_s points away from the dog. The direction of epsilon is random.
+    If the dog is within r_s, the velocity is along a sum of unit vectors,
+    h H + c C + rho_a R_a + rho_s R_s + e epsilon. H is the heading of the last move.
+    C points to the centre of mass of the nearest sheep. R_a is along the sum of the
+    unit vectors away from sheep within r_a. R_s points away from the dog. The direction
+    of epsilon is random.
     """
     dog = others.x.size - 1
     dog_x, dog_y = _way(own, world, i, others.x[dog], others.y[dog])
@@ -343,12 +348,12 @@ def _dog_velocity(
     work: Workspace,
     rng: Generator,
 ) -> tuple[float, float]:
-    """Return the velocity of the dog, which sees N sheep.
+    """Return the velocity of the dog, which perceives N sheep.
 
-    If a sheep is farther than f(N) = r_a N^(2/3) from their centre of mass, the dog
-    goes to a point r_a behind the farthest one, to collect it. Otherwise it goes to a
-    point r_a sqrt(N) behind the centre, seen from the goal, to drive the herd. Without
-    any sheep it keeps its direction.
+    If a sheep is farther than f(N) = r_a N^(2/3) from the centre of mass of the sheep,
+    the dog collects the farthest sheep. The dog then goes to a point r_a behind the
+    farthest sheep. If not, the dog goes to a point r_a sqrt(N) behind the centre, seen
+    from the goal, to drive the herd. Without any sheep the dog keeps its direction.
     """
     dog, near = others.x.size - 1, work.near
     range2 = square_range(params.interaction_range, True)
@@ -389,7 +394,7 @@ def _aim(
         if dx * dx + dy * dy > far2:
             farthest, far2 = k, dx * dx + dy * dy
     behind, count = params.repulsion_range, float(found)
-    # The sixth powers of both distances, which need no function of a library.
+    # The sixth powers of the two distances need no library function.
     square = behind * behind
     if far2 * far2 * far2 > square * square * square * (count * count * count * count):
         dx, dy = near.dx[farthest], near.dy[farthest]
@@ -413,7 +418,8 @@ def advance(
 ) -> bool:
     """Advance `flock` by `steps` updates; return whether its state stays finite.
 
-    Once the task is done, all boids want to stand still and draw no random numbers.
+    Once the task is done, the commanded velocity of all boids is zero, and boids draw
+    no random numbers.
 
     Parameters
     ----------
@@ -515,7 +521,7 @@ $x_i$ chooses a velocity $v_i$ and moves:
 
 $$x_i \leftarrow x_i + v_i\,\Delta t$$
 
-Only the abstract of the paper was at hand. The equations come from programs of others.
+Only the abstract of the paper was available. The equations come from other programs.
 The direction of a vector is
 
 $$U(f) = \frac{f}{|f|}, \qquad U(0) = 0$$
@@ -524,7 +530,7 @@ All random directions $\hat{\varepsilon}$ are independent unit vectors with a un
 angle. $x_d$ is the position of the dog.
 
 **Grazing:** A sheep farther than $r_s$ from the dog moves with probability $p$, with
-$v_i = \delta\,\hat{\varepsilon}_i$. Otherwise the sheep stands still, with $v_i = 0$.
+$v_i = \delta\,\hat{\varepsilon}_i$. Otherwise the sheep is at rest, with $v_i = 0$.
 
 **Fleeing:** A sheep at most $r_s$ from the dog sums five directions:
 
@@ -546,7 +552,7 @@ $$C_i = U\left( \sum_{j \in M_i} (x_j - x_i) \right)$$
 
 $$A_i = U\left( \sum_{j \in N_i} U(x_i - x_j) \right)$$
 
-**Flight** $F_i = U(x_i - x_d)$ points away from the dog.
+**Escape** $F_i = U(x_i - x_d)$ points away from the dog.
 
 **Dog:** The dog perceives the $n_s$ nearest sheep at most $R$ away, or all if there are
 fewer. $N$ is the number of perceived sheep, and $G$ the centre of mass. Sheep $m$ is

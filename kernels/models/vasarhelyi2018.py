@@ -2,15 +2,15 @@
 
 G. Vasarhelyi, C. Viragh, G. Somorjai, T. Nepusz, A. E. Eiben, T. Vicsek (2018),
 Optimized flocking of autonomous drones in confined environments, Science Robotics 3,
-eaat3536. The equations are those of the authors' simulator (csviragh/robotsim); the
-parameters with the paper's letters were read second-hand.
+eaat3536. The equations are from the simulator of the authors (csviragh/robotsim). The
+parameters with the letters of the paper are from secondary sources.
 
-Sensing, communication and actuation are settings of all models; see kernels.robots. The
-motor loop uses the velocity u that a drone measures, as in the simulator:
-v + (w - u) (1 - exp(-dt / lag)). Motors do the same for the commanded velocity
-w + v - u. This is the exact solution for a constant w. The simulator takes an Euler
-step, v + (w - u) dt / lag, which with its dt of 0.01 s and lag of 1 s is half a percent
-faster.
+Sensing, communication and actuation are parameters of all models; see kernels.robots.
+The motor loop uses the velocity u that a drone measures, as in the simulator:
+v + (w - u) (1 - exp(-dt / lag)). Actuation gives an equal result for the commanded
+velocity w + v - u. This result is the exact solution for a constant w. The simulator
+takes an Euler step, v + (w - u) dt / lag. With the dt of 0.01 s and the lag of 1 s in
+the simulator, the Euler step is half a percent faster.
 """
 
 import math
@@ -248,15 +248,15 @@ AS_RUN = COMMON | {
     "contact_distance": 3.0,
     "pixel": 1.0,
 }
-"""The optimum of the paper at 4 m/s, as the authors' program scales velocities. Flocks
-are linked up to friction_range and the way in which flock_speed is braked. Drones start
-at rest, as far apart as they fly in 2 s.
+"""Optimum of the paper at 4 m/s, with the velocity scaling of the authors' program.
 
-Gusts add the variance 2 * 0.2 m^2/s^3 to each component of a velocity. Senses are ideal
-here: the paper, and the program as shipped, have those of REAL.
+Flocks are linked up to friction_range plus the braking distance from flock_speed.
+Drones start at rest, at a distance that a drone moves in 2 s. Gusts add the variance
+2 * 0.2 m^2/s^3 to each component of a velocity. Sensing is ideal in this preset; the
+paper, and the program as shipped, have the sensing of REAL.
 """
 AS_WRITTEN = AS_RUN | {"speed_limit": "cut"}
-"""The same with the formula of the paper."""
+"""Preset AS_RUN with the formula of the paper for the speed limit."""
 TUNED4_V6 = AS_RUN | {
     "flock_speed": 6.0,
     "max_speed": 8.0,
@@ -269,7 +269,7 @@ TUNED4_V8 = AS_RUN | {
     "start_distance": 16.0,
     "flock_range": 93.1954,
 }
-"""The optimum at 4 m/s with another speed; the optima at 6 and 8 m/s are not known."""
+"""Optimum at 4 m/s with a changed speed; optima at 6 and 8 m/s are not known."""
 FIELD6 = TUNED4_V6 | {
     "repulsion_range": 35.0,
     "repulsion_gain": 0.1,
@@ -293,7 +293,7 @@ FIELD8 = FIELD6 | {
     "start_distance": 16.0,
     "flock_range": 92.1667,
 }
-"""What was set by hand for flights outdoors."""
+"""Parameters that the authors chose by hand for outdoor experiments."""
 
 REAL = AS_RUN | {
     "interaction_range": math.inf,
@@ -306,12 +306,14 @@ REAL = AS_RUN | {
     "sensing_delay": 1.0,
     "sensing_period": 0.2,
 }
-"""As the program is shipped: the error of a velocity has the variance 0.005 m^2/s^2 and
-the damping 0.1 / s, and the spring of the error of the place is 0.010541 / s^2. Drones
-hear of each other after 1 s, up to a true distance of 100 m.
+"""Sensing and communication of the program as shipped.
+
+The error of a velocity has the variance 0.005 m^2/s^2 and the damping 0.1 / s. The
+spring constant of the position error is 0.010541 / s^2. Messages have a latency of 1 s
+and a range of 100 m of true distance.
 """
 LOSSY = REAL | {"packet_loss": 1.0, "packet_loss_range": 80.0}
-"""The same with the packets lost that the program can lose: (d / 80 m)^2 of them."""
+"""Preset REAL with the packet loss of the program: a fraction (d / 80 m)^2."""
 
 
 def sight(params: Params) -> Sight:
@@ -326,7 +328,7 @@ def _obstacle_reach(_params: Params) -> float:
 
 @jit
 def _braking_square(way: float, acceleration: float, slope: float) -> float:
-    """Return the square of D(r, a, p), the speed with a braking distance `way`.
+    """Return the square of D(r, a, p), the speed with the braking distance `way`.
 
     A drone brakes by a constant acceleration first, then in proportion to the distance
     left.
@@ -344,8 +346,9 @@ def _shilled(
 ) -> tuple[float, float]:
     """Return the velocity that the shill agent at a wall adds.
 
-    The agent moves along the unit vector (x, y) away from the wall. The difference from
-    its velocity beyond the braking curve at this `distance` is removed.
+    The agent moves along the unit vector (x, y) away from the wall. The added velocity
+    removes the part of the velocity difference to the agent that exceeds the braking
+    curve at this `distance`.
     """
     dx, dy = params.shill_speed * x - vx, params.shill_speed * y - vy
     square = dx * dx + dy * dy
@@ -425,11 +428,11 @@ def _from_obstacles(
 def _from_others(
     params: Params, others: Flock, own: Flock, i: int, work: Workspace, found: int
 ) -> tuple[float, float]:
-    """Return repulsion and friction by the `found` drones in `work.near`.
+    """Return the sum of repulsion and friction by the `found` drones in `work.near`.
 
     A neighbour nearer than r0_rep repels by p_rep (r0_rep - r). Let m be the larger of
-    v_frict and D(r - r0_frict, a_frict, p_frict). Where velocities differ by more than
-    m, friction adds C_frict (|v_j - v_i| - m) along v_j - v_i.
+    v_frict and D(r - r0_frict, a_frict, p_frict). If velocities differ by more than m,
+    friction adds C_frict (|v_j - v_i| - m) along v_j - v_i.
     """
     tolerance2 = params.friction_tolerance * params.friction_tolerance
     x, y = 0.0, 0.0
@@ -464,8 +467,8 @@ def _wanted(
 ) -> tuple[float, float]:
     """Return the commanded velocity of drone `i`.
 
-    It sums the drone's own direction at v_flock, repulsion, friction and shill agents.
-    `speed_limit` decides its length.
+    The terms of the sum are the present direction with speed v_flock, repulsion,
+    friction and the shill agents. `speed_limit` decides the length of the sum.
     """
     own_x, own_y, vx, vy = own.x[i], own.y[i], own.vx[i], own.vy[i]
     ux, uy = direction(vx, vy, 0.0, 0.0)
@@ -494,9 +497,9 @@ def advance(
 ) -> bool:
     """Advance `flock` by `steps` updates; return whether its state stays finite.
 
-    Each drone chooses its commanded velocity at the start, and whenever the control
-    period is over. Positions move by the velocity from before the step, p += v dt. A
-    border that mirrors a velocity mirrors the commanded one too.
+    Each drone updates the commanded velocity at the start, and at the end of each
+    control period. Positions move by the velocity from before the step, p += v dt. A
+    border that mirrors a velocity also mirrors the commanded velocity.
 
     Parameters
     ----------
@@ -604,9 +607,9 @@ MODEL = Model(
         "permutation": EXACT,
     },
     state={
-        "wanted_x": About("the velocity that a drone wants, along x", "length/time"),
-        "wanted_y": About("the velocity that a drone wants, along y", "length/time"),
-        "wait": About("time until it chooses that anew", "time"),
+        "wanted_x": About("commanded velocity of a drone, along x", "length/time"),
+        "wanted_y": About("commanded velocity of a drone, along y", "length/time"),
+        "wait": About("time until the next choice of the command", "time"),
     },
     vectors=(("wanted_x", "wanted_y"),),
     demands=(

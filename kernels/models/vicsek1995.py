@@ -1,4 +1,4 @@
-"""Boids of one speed that adopt the mean heading of their neighbours, with noise.
+"""Boids of equal speed that adopt the mean heading of neighbours, with noise.
 
 T. Vicsek, A. Czirok, E. Ben-Jacob, I. Cohen, O. Shochet (1995), Novel type of phase
 transition in a system of self-driven particles, Physical Review Letters 75, 1226-1229.
@@ -28,7 +28,7 @@ OLD_HEADING, NEW_HEADING = 0, 1
 
 
 class Params(NamedTuple):
-    """Parameters that the papers vary, and choices in which they differ."""
+    """Parameters that the papers vary, and choices in which the papers differ."""
 
     noise: Annotated[
         float,
@@ -102,7 +102,7 @@ AS_WRITTEN = COMMON | {
     "contact_distance": 0.01,
     "pixel": 0.05,
 }
-"""Vicsek et al. (1995): N = 100 of their figure 2a, at their density 4.
+"""Vicsek et al. (1995): N = 100 of figure 2a, at the density 4 of the paper.
 
 There is no program of the authors, so as_run equals as_written.
 """
@@ -116,8 +116,10 @@ GREGOIRE_CHATE2004 = AS_WRITTEN | {
     "width": 16.0,
     "height": 16.0,
 }
-"""Vectorial noise at speed 0.5 and density 2: G. Gregoire, H. Chate (2004), Onset of
-collective and cohesive motion, Physical Review Letters 92, 025702.
+"""Vectorial noise at speed 0.5 and density 2.
+
+G. Gregoire, H. Chate (2004), Onset of collective and cohesive motion, Physical Review
+Letters 92, 025702.
 """
 NAGY2007 = AS_WRITTEN | {
     "noise": 3.0,
@@ -127,9 +129,10 @@ NAGY2007 = AS_WRITTEN | {
     "width": 10.0,
     "height": 10.0,
 }
-"""Scalar noise at a small speed: M. Nagy, I. Daruka, T. Vicsek (2007), New aspects of
-the continuous phase transition in the scalar noise model (SNM) of collective motion,
-Physica A 373, 445-454. The density is that of Vicsek et al. (1995).
+"""Scalar noise at a small speed, with the density of Vicsek et al. (1995).
+
+M. Nagy, I. Daruka, T. Vicsek (2007), New aspects of the continuous phase transition in
+the scalar noise model (SNM) of collective motion, Physica A 373, 445-454.
 """
 
 
@@ -150,12 +153,13 @@ def _new_velocity(
 ) -> tuple[float, float]:
     """Return the new velocity of boid `i`.
 
-    With scalar noise it is Eq. (2) of Vicsek et al. (1995): the average heading and a
-    random angle. With the vectorial noise of Gregoire and Chate (2004) it is along the
-    sum of the n unit vectors of the headings and eta n e, where e is a random unit
-    vector. Where the sum is zero, the old heading is kept. One number is drawn per boid
-    and step, whatever the noise. Velocities are summed: where speeds differ, for
-    example of robots, a faster boid counts for more.
+    Scalar noise follows Eq. (2) of Vicsek et al. (1995): the average heading plus a
+    random angle. With the vectorial noise of Gregoire and Chate (2004), the velocity is
+    along a sum. The terms are the n unit vectors of the headings and eta n e, with a
+    random unit vector e. If the sum is zero, the boid keeps the old heading. The
+    function draws one number per boid and step for any noise. The function sums
+    velocities, so a faster boid has a larger weight if speeds differ, for example
+    between robots.
     """
     own_x, own_y = own.vx[i], own.vy[i]
     x, y, count = velocity_sum_from(own_x, own_y, others, work.near, found)
@@ -182,8 +186,8 @@ def advance(
 ) -> bool:
     """Advance `flock` by `steps` updates; return whether its state stays finite.
 
-    Eq. (1) of Vicsek et al. (1995), p += v dt: with the velocity from before the step,
-    as in the paper, or with the new one. Before the first step the speed is
+    Eq. (1) of Vicsek et al. (1995), p += v dt, with the velocity from before the step,
+    as in the paper, or with the new velocity. Before the first step the speed is
     start_speed.
 
     Parameters

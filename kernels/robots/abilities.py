@@ -1,8 +1,8 @@
-"""Abilities of robots: measure, hear, be driven, go to several goals, differ.
+"""Abilities of robots: sensing, communication, actuation, several goals, heterogeneity.
 
-A model declares them. A declaration only narrows what the source of the model does: to
-claim more would give wrong numbers. `sweep check` reports where both differ. Where a
-model declares nothing, the source decides.
+A model declares abilities. A declaration can only restrict the abilities in the source
+of the model: further abilities would give wrong numbers. `sweep check` reports
+differences between declaration and source. Without a declaration, the source decides.
 """
 
 import ast
@@ -22,20 +22,20 @@ from kernels.state import remember
 
 
 class Abilities(NamedTuple):
-    """Abilities of the robots of a model; each is a field of `Model`.
+    """Abilities of the robots of a model; each ability is a field of `Model`.
 
     Attributes
     ----------
     publishes
-        Whether boids may measure and hear: `advance` calls `publish`.
+        Whether sensing and communication are possible: `advance` calls `publish`.
     drives
-        Whether boids may have motors and break down: `advance` calls `drive`.
+        Whether actuation and failures are possible: `advance` calls `drive`.
     goals_in_turn
-        Whether boids may go to several goals: `advance` calls `goal_of`.
+        Whether boids can go to several goals: `advance` calls `goal_of`.
     shared
-        The parameters of type float that all boids have in common, in the order of the
-        parameters. The others may differ from robot to robot: `advance` reads them from
-        `params_of` alone.
+        Parameters of type float that all boids have in common, in the order of the
+        parameters. All further parameters may differ from robot to robot, because
+        `advance` reads these parameters from `params_of` alone.
     """
 
     publishes: bool
@@ -49,7 +49,7 @@ CALLS = {"publishes": "publish", "drives": "drive", "goals_in_turn": "goal_of"}
 
 
 def abilities(model: Model) -> Abilities:
-    """Return what the source of a model does and the model does not declare away."""
+    """Return the abilities in the source of a model that no declaration excludes."""
     source = in_source(model)
     shared = {*source.shared, *(model.shared or ())}
     return Abilities(
@@ -61,7 +61,7 @@ def abilities(model: Model) -> Abilities:
 
 
 def why_not(model: Model, ability: str) -> str:
-    """Return why robots of a model have none of the abilities of CALLS, or ""."""
+    """Return the reason why robots of a model lack an ability of CALLS, or ""."""
     if not getattr(in_source(model), ability):
         return f"{model.name} calls no `{CALLS[ability]}`"
     if not getattr(abilities(model), ability):
@@ -70,15 +70,15 @@ def why_not(model: Model, ability: str) -> str:
 
 
 def remedy(model: Model, ability: str, call: str) -> str:
-    """Return the change that gives robots of a model an ability that they lack.
+    """Return the change that gives robots of a model a missing ability.
 
     Parameters
     ----------
     model : Model
     ability : str
-        Name of one of CALLS.
+        Name of an ability of CALLS.
     call : str
-        The change of a source that lacks the call.
+        Change of the source, for a source without the call.
 
     Returns
     -------
@@ -90,12 +90,12 @@ def remedy(model: Model, ability: str, call: str) -> str:
 
 
 def declared(model: Model) -> dict[str, Any]:
-    """Return what a model declares; a value is None where it declares nothing."""
+    """Return the declarations of a model by ability; None without a declaration."""
     return {name: getattr(model, name) for name in Abilities._fields}
 
 
 def in_source(model: Model) -> Abilities:
-    """Return what the `advance` of a model, or what it calls, does."""
+    """Return the abilities in the `advance` of a model and in called functions."""
     read = parameters_read(model)
     hints = get_type_hints(model.params, include_extras=True)
     return Abilities(
@@ -111,7 +111,7 @@ def in_source(model: Model) -> Abilities:
 
 
 def to_declare(model: Model) -> str:
-    """Return what to add to a `Model` that does not declare all of it, or ""."""
+    """Return the declarations that are missing in a `Model`, as text, or ""."""
     source = in_source(model)._asdict()
     missing = [name for name, value in declared(model).items() if value is None]
     return ", ".join(f"{name}={source[name]!r}" for name in missing)
@@ -122,9 +122,9 @@ def _is_float(hint: Any) -> bool:
 
 
 def to_publish(advance: Callable[..., bool]) -> str:
-    """Return where `advance` calls `remember`, and what to write there instead.
+    """Return the location of a call of `remember` in `advance`, with a replacement.
 
-    "" where it does not call `remember`.
+    The result is "" if `advance` does not call `remember`.
     """
     plain = plain_of(advance)
     for node in ast.walk(tree_of(plain)):

@@ -1,10 +1,10 @@
 """Actuation of a boid that follows a commanded velocity: lag, limits, wheels, noise.
 
-A first-order lag, then a limit of the acceleration, then noise outside of the loop: so
-do motors of the program of G. Vasarhelyi et al. (2018), Optimized flocking of
-autonomous drones in confined environments, Science Robotics 3, eaat3536. The unicycle
-is that of A. De Luca, G. Oriolo, M. Vendittelli (2001), Control of wheeled mobile
-robots: an experimental overview.
+The model has a first-order lag, then a limit of the acceleration, then noise outside of
+the loop. The program of G. Vasarhelyi et al. (2018) models actuators in this way:
+Optimized flocking of autonomous drones in confined environments, Science Robotics 3,
+eaat3536. The unicycle model is from A. De Luca, G. Oriolo, M. Vendittelli (2001),
+Control of wheeled mobile robots: an experimental overview.
 """
 
 import math
@@ -23,19 +23,20 @@ from kernels.workspace import Workspace
 def drive(
     work: Workspace, i: int, vx: float, vy: float, wanted_x: float, wanted_y: float
 ) -> tuple[float, float]:
-    """Return the velocity that a boid reaches in this step, as its motors allow.
+    """Return the velocity that a boid reaches in this step, within actuator limits.
 
-    It must be called once for each boid and step: it counts calls and keeps headings.
+    A model must call `drive` once per boid and step, because `drive` counts calls and
+    keeps headings.
 
-    A boid that has stopped has the velocity zero, and one that drifts keeps its
-    velocity. Others approach the commanded velocity by the lag. Then their acceleration
-    is limited, then their turn, then their speed: where two limits contradict each
-    other, the later one holds. Noise is added last, outside of all limits.
+    After the failure `stop`, a boid has the velocity zero. After the failure `drift`, a
+    boid keeps the velocity. All remaining boids approach the commanded velocity with
+    the lag. Then the acceleration is limited, then the turn, then the speed: if limits
+    conflict, the later limit applies. Noise is added last, outside of all limits.
 
     Parameters
     ----------
     work : Workspace
-        Its headings and its count of calls change.
+        Workspace; the headings and the count of calls change.
     i : int
         Index of the boid.
     vx, vy : float
@@ -96,9 +97,9 @@ def _velocity(
 ) -> tuple[float, float]:
     """Return the velocity, before noise, of a boid that can move in any direction.
 
-    Its heading before is `old`. v + (w - v) (1 - exp(-dt / lag)) is the exact solution
-    of v' = (w - v) / lag. A boid at rest turns, and gets its least speed, from its last
-    heading.
+    The heading before the step is `old`. v + (w - v) (1 - exp(-dt / lag)) is the exact
+    solution of v' = (w - v) / lag. For a boid at rest, the last heading defines the
+    turn and the direction of the minimum speed.
     """
     kept = motors.kept[i]
     x, y = wanted_x + (vx - wanted_x) * kept, wanted_y + (vy - wanted_y) * kept
@@ -120,7 +121,7 @@ def _heading(
 ) -> tuple[float, float]:
     """Return the heading after a turn from `old` towards the direction of `to`.
 
-    On wheels it may be a turn on the spot.
+    A boid on wheels may turn on the spot.
     """
     x, y = direction(to_x, to_y, old_x, old_y)
     if motors.turns:
@@ -132,7 +133,7 @@ def _heading(
 def _speed(motors: Motors, i: int, before: float, aim: float) -> float:
     """Return the speed of a boid on wheels for the target speed `aim`.
 
-    Its lag and its limits apply to the speed.
+    The lag and the limits of the boid apply to the speed.
     """
     speed = aim + (before - aim) * motors.kept[i]
     speed = max(before - motors.change[i], min(speed, before + motors.change[i]))

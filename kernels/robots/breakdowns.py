@@ -26,7 +26,7 @@ class Failing(NamedTuple):
     fails_at : array of int, shape (N,)
         Number of steps done when each boid fails, or NEVER.
     how : int
-        Failure of all boids that fail: STOP, DRIFT, SILENT or BLIND.
+        Kind of failure of all failed boids: STOP, DRIFT, SILENT or BLIND.
     """
 
     fails_at: NDArray[np.int64]
@@ -34,23 +34,23 @@ class Failing(NamedTuple):
 
     @property
     def moves(self) -> bool:
-        """Return whether some boid stops or drifts, whatever its model commands."""
+        """Return whether any boid stops or drifts against the model's commands."""
         return self.how in (STOP, DRIFT) and bool((self.fails_at < NEVER).any())
 
     @property
     def unheard(self) -> bool:
-        """Return whether some boid becomes silent or blind."""
+        """Return whether any boid becomes silent or blind."""
         return self.how in (SILENT, BLIND) and bool((self.fails_at < NEVER).any())
 
     def silent_from(self) -> NDArray[np.int64]:
-        """Return the steps (N,) from which nobody sees a boid, or NEVER.
+        """Return the steps (N,) from which no boid perceives a boid, or NEVER.
 
         Steps count from 0.
         """
         return self._from(SILENT)
 
     def blind_from(self) -> NDArray[np.int64]:
-        """Return the steps (N,) from which a boid sees nobody, or NEVER.
+        """Return the steps (N,) from which a boid perceives no boid, or NEVER.
 
         Steps count from 0.
         """
@@ -63,13 +63,13 @@ class Failing(NamedTuple):
 
 
 def failing(settings: Breakdowns, key: ChanceKey, n: int, dt: float) -> Failing:
-    """Draw the boids that fail, and the step in which they do.
+    """Draw the boids that fail, and the step of the failure.
 
-    Their number is the fraction of all boids, rounded. It is no probability for each
-    boid: then the number would vary from trial to trial. The boids with the least
-    random numbers fail, so that boids that fail at a smaller fraction also fail at a
-    larger one. Their first failed step is the first one that begins at `failing_time`
-    or later.
+    The number of failed boids is the fraction of all boids, rounded. The fraction is
+    not a probability per boid, with which the number would vary from trial to trial.
+    The boids with the smallest random numbers fail. So boids that fail at a smaller
+    fraction also fail at a larger fraction. The first failed step is the first step
+    that begins at `failing_time` or later.
 
     Parameters
     ----------
@@ -94,6 +94,6 @@ def failing(settings: Breakdowns, key: ChanceKey, n: int, dt: float) -> Failing:
 
 @jit
 def _draw(key: ChanceKey, drawn: Floats) -> None:
-    """Draw a uniform number for each boid, which depends only on key and index."""
+    """Draw a uniform number for each boid, from the key and the index alone."""
     for i in range(drawn.size):
         drawn[i] = chance(key, i, 0, 0, FAILS)

@@ -1,4 +1,4 @@
-"""Parameters of one robot, where they differ from robot to robot."""
+"""Parameters of one robot of a heterogeneous flock."""
 
 from typing import TypeVar
 
@@ -16,10 +16,9 @@ def params_of(params: P, work: Workspace, i: int) -> P:
     Parameters
     ----------
     params : NamedTuple
-        Parameters of the model, returned unless some of them differ from robot to
-        robot.
+        Parameters of the model, returned unless parameters differ from robot to robot.
     work : Workspace
-        Its `robots.rows` hold the parameters that differ.
+        Workspace, with the parameters of each robot in `robots.rows`.
     i : int
         Index of the boid.
     """

@@ -1,4 +1,4 @@
-"""Communication: the boids in sight of which a boid hears.
+"""Communication: the boids in sight from which a boid receives messages.
 
 Limits are the radio range, lost packets, obstacles and bodies that hide boids, and
 failures.
@@ -23,18 +23,19 @@ from kernels.state import World
 
 @jit
 def heard(senses: Senses | None, world: World, i: int, near: Near, found: int) -> int:
-    """Keep in `near` the boids of which a boid hears, and return their number.
+    """Keep in `near` the boids with messages that arrive, and return the number.
 
-    They stay in their order. The result does not depend on the search that found them:
-    the loss of a packet is a hash of the step of the sample and of both boids.
+    The order of the boids does not change. The result does not depend on the search
+    that found the boids. A hash of the step of the sample and of the two boids decides
+    whether a packet is lost.
 
     Parameters
     ----------
     senses : Senses or None
-        Senses of the flock; with None the boid hears of all.
+        Sensing model of the flock; with None, all messages arrive.
     world : World
     i : int
-        Index of the boid that hears.
+        Index of the boid that receives.
     near : Near
         Boids in sight, changed in place.
     found : int
@@ -47,10 +48,10 @@ def heard(senses: Senses | None, world: World, i: int, near: Near, found: int) -
 
 @jit_apart
 def _keep_heard(senses: Senses, world: World, i: int, near: Near, found: int) -> int:
-    """Do the work of `heard` for boids with senses.
+    """Do the work of `heard` for boids with a sensing model.
 
-    It first finds the boids whose packets arrive, then which of them are hidden, which
-    costs more.
+    Packets that arrive are found first, because the second test, for hidden boids, is
+    slower.
     """
     kept, furthest2 = 0, 0.0
     for k in range(found):
@@ -80,17 +81,17 @@ def _keep(near: Near, k: int, kept: int) -> None:
 
 @jit
 def hears_of(senses: Senses | None, world: World, i: int, j: int) -> bool:
-    """Return whether boid `i` hears of boid `j`.
+    """Return whether boid `i` receives the message of boid `j`.
 
-    It serves a rule about a boid that no search has found.
+    A rule calls this function for a boid that no search has found.
 
     Parameters
     ----------
     senses : Senses or None
-        Senses of the flock; with None the boid hears of all.
+        Sensing model of the flock; with None, all messages arrive.
     world : World
     i, j : int
-        Indices of the boid that hears and of the other boid.
+        Indices of the boid that receives and of the boid that sends.
     """
     if senses is None:
         return True
@@ -99,17 +100,17 @@ def hears_of(senses: Senses | None, world: World, i: int, j: int) -> bool:
 
 @jit
 def hears(senses: Senses, world: World, i: int, j: int) -> bool:
-    """Return whether boid `i` hears of boid `j`.
+    """Return whether boid `i` receives the message of boid `j`.
 
-    Their true positions at the last sample decide.
+    The true positions at the last sample decide.
 
     Parameters
     ----------
     senses : Senses
-        Senses of the flock.
+        Sensing model of the flock.
     world : World
     i, j : int
-        Indices of the boid that hears and of the other boid.
+        Indices of the boid that receives and of the boid that sends.
     """
     arrives, distance2 = _arrives(senses, world, i, j)
     if not arrives:
@@ -125,7 +126,8 @@ def _is_hidden(
 ) -> bool:
     """Return whether boid `j` is hidden from boid `i`.
 
-    `obstacles` and `bodies` are the numbers of those that can be between them.
+    `obstacles` and `bodies` are the numbers of obstacles and bodies that can be between
+    the boids.
     """
     dx, dy = way_between(senses, world, i, j)
     if is_behind_obstacle(senses, world, i, obstacles, dx, dy):
@@ -135,12 +137,12 @@ def _is_hidden(
 
 @jit
 def _arrives(senses: Senses, world: World, i: int, j: int) -> tuple[bool, float]:
-    """Return whether a packet from `j` arrives at `i`, and their squared distance.
+    """Return whether a packet from `j` arrives at `i`, and the squared distance.
 
-    Obstacles and bodies between both boids are left out. A packet is lost with the
-    probability packet_loss (d / packet_loss_range)^2, at most 1: G. Vasarhelyi et al.
-    (2018), Optimized flocking of autonomous drones in confined environments, Science
-    Robotics 3, eaat3536, as their simulator has it.
+    Occlusion by obstacles and bodies is not tested. The probability of a lost packet is
+    packet_loss (d / packet_loss_range)^2, at most 1. The simulator of G. Vasarhelyi et
+    al. (2018) uses this law: Optimized flocking of autonomous drones in confined
+    environments, Science Robotics 3, eaat3536.
     """
     dx, dy = way_between(senses, world, i, j)
     distance2 = dx * dx + dy * dy

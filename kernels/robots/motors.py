@@ -1,4 +1,4 @@
-"""Limits of the motors of boids, robot by robot."""
+"""Limits of the actuators of boids, robot by robot."""
 
 import math
 from typing import NamedTuple
@@ -14,7 +14,7 @@ from kernels.state import Floats
 
 
 class Motors(NamedTuple):
-    """Motors of N boids for steps of one length.
+    """Actuators of N boids for steps of equal length.
 
     Attributes
     ----------
@@ -28,9 +28,9 @@ class Motors(NamedTuple):
         Fraction of the difference from the commanded velocity that remains after a
         step.
     change : array of float, shape (N,)
-        Greatest change of the velocity in a step.
+        Maximum change of the velocity in a step.
     cosine, sine : array of float, shape (N,)
-        Cosine and sine of the greatest turn of the heading in a step.
+        Cosine and sine of the maximum turn of the heading in a step.
     least, most : array of float, shape (N,)
         Limits of the speed.
     """
@@ -48,7 +48,7 @@ class Motors(NamedTuple):
 
 
 def motors_are_ideal(settings: Actuation) -> bool:
-    """Return whether boids have the velocities that their model commands."""
+    """Return whether boids have exactly the velocities that the model commands."""
     return (
         settings.motor_lag == 0.0
         and settings.motor_acceleration == math.inf
@@ -63,18 +63,19 @@ def motors_are_ideal(settings: Actuation) -> bool:
 def build_motors(
     settings: Actuation, some_fail: bool, key: ChanceKey, n: int, dt: float
 ) -> Motors | None:
-    """Return the motors of a flock, None where all boids move as their model commands.
+    """Return the actuators of a flock, None if all boids move as the model commands.
 
-    With None kernels are compiled without motors. With motor_spread s each robot has
-    factors exp(s z) of its own, with standard normal numbers z: of its lag, of its
-    acceleration, of its turn rate and of both limits of its speed.
+    With None, kernels are compiled without actuation. With motor_spread s, each robot
+    has four random factors exp(s z), with standard normal numbers z. The factors apply
+    to the lag, to the acceleration, to the turn rate, and to the two limits of the
+    speed.
 
     Parameters
     ----------
     settings : Actuation
-        Lag, limits, noise and spread of the motors.
+        Lag, limits, noise and spread of the actuators.
     some_fail : bool
-        Whether some boids stop or drift.
+        Whether any boids stop or drift.
     key : ChanceKey
         Key of the random factors.
     n : int
@@ -106,7 +107,7 @@ def build_motors(
 
 
 def _factors(spread: float, key: ChanceKey, n: int) -> Floats:
-    """Return four factors of each robot, (4, N)."""
+    """Return four factors per robot, (4, N)."""
     factors = np.ones((4, n))
     if spread > 0.0:
         _draw(key, spread, factors)
@@ -115,7 +116,7 @@ def _factors(spread: float, key: ChanceKey, n: int) -> Floats:
 
 @jit
 def _draw(key: ChanceKey, spread: float, factors: Floats) -> None:
-    """Draw factors that depend only on the key, the spread and the index of a robot."""
+    """Draw factors, each from the key, the spread and the index of a robot alone."""
     for i in range(factors.shape[1]):
         for k in range(0, 4, 2):
             one, other = normals(key, i, k, 0, FACTOR)

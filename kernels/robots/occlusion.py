@@ -1,4 +1,4 @@
-"""Occlusion: obstacles and bodies of boids that hide a boid from another."""
+"""Occlusion: obstacles and bodies of boids that block a line of sight."""
 
 from kernels.jit import jit
 from kernels.polygons import is_polygon, meets_polygon
@@ -7,26 +7,26 @@ from kernels.state import Corners, World
 from kernels.torus import nearest_image
 
 BEYOND = 1.0 + 1e-9
-"""Factor of lengths and of their squares, above 1 by far more than their rounding."""
+"""Factor of lengths and squared lengths, above 1 by far more than rounding errors."""
 
 
 @jit
 def obstacles_within(senses: Senses, world: World, i: int, length2: float) -> int:
-    """Keep the obstacles that can hide boids from a boid, and return their number.
+    """Keep the obstacles that can hide boids from a boid, and return the number.
 
-    They are written into `senses.hiding`, and their shifts into `senses.shift`. There
-    are none where obstacles do not hide. In a periodic world in which boids see across
-    the borders, the obstacles beyond the borders are included.
+    The function writes obstacles into `senses.hiding`, and shifts into `senses.shift`.
+    The number is 0 if obstacles do not hide boids. In a periodic world in which boids
+    see across the borders, the obstacles beyond the borders are included.
 
     Parameters
     ----------
     senses : Senses
-        Senses of the flock; its room for obstacles changes.
+        Sensing model of the flock; the memory for obstacles changes.
     world : World
     i : int
         Index of the boid that looks.
     length2 : float
-        Square of the distance up to which other boids matter.
+        Square of the distance up to which boids are tested.
     """
     found = 0
     if senses.obstacles_hide:
@@ -53,10 +53,10 @@ def _is_near(
     to_y: float,
     length2: float,
 ) -> bool:
-    """Return whether an obstacle comes as near to 0 as the square root of `length2`.
+    """Return whether the distance of an obstacle from 0 is at most sqrt(`length2`).
 
-    The obstacle is represented by its rectangle, with the middle at (to_x, to_y). The
-    outside of an arena is everywhere.
+    The obstacle is represented by a rectangle with the centre (to_x, to_y). The outside
+    of an arena is always near.
     """
     if corners is not None and corners.is_arena[m]:
         return True
@@ -69,19 +69,19 @@ def _is_near(
 def is_behind_obstacle(
     senses: Senses, world: World, i: int, count: int, dx: float, dy: float
 ) -> bool:
-    """Return whether an obstacle of `obstacles_within` is on the way from a boid.
+    """Return whether an obstacle of `obstacles_within` blocks a line of sight.
 
     Parameters
     ----------
     senses : Senses
-        Senses of the flock.
+        Sensing model of the flock.
     world : World
     i : int
-        Index of the boid that looks, at the beginning of the way.
+        Index of the boid that looks, at the beginning of the line.
     count : int
         Number of obstacles.
     dx, dy : float
-        Way from the boid, in lengths.
+        Displacement along the line, in lengths.
     """
     x, y = senses.place[0, i], senses.place[1, i]
     for k in range(count):
@@ -102,7 +102,7 @@ def _meets(
     dx: float,
     dy: float,
 ) -> bool:
-    """Return whether the way (dx, dy) from (x, y) leads through a shifted obstacle.
+    """Return whether the line (dx, dy) from (x, y) crosses a shifted obstacle.
 
     The obstacle `m` is shifted by `off`.
     """
@@ -121,30 +121,30 @@ def _meets(
 
 @jit
 def _is_beside(way: float, middle: float, half: float) -> bool:
-    """Return whether a way passes beside an extent, along one axis.
+    """Return whether a line passes beside an extent, along one axis.
 
-    The way begins at 0, and the extent reaches `half` to both sides of its `middle`.
-    The distance must be larger than rounding.
+    The line begins at 0, and the extent is `middle` +- `half`. The distance must be
+    larger than rounding errors.
     """
     return abs(middle - 0.5 * way) > (0.5 * abs(way) + half) * BEYOND
 
 
 @jit
 def bodies_within(senses: Senses, world: World, i: int, length2: float) -> int:
-    """Keep the bodies that can hide boids from a boid, and return their number.
+    """Keep the bodies that can hide boids from a boid, and return the number.
 
-    The ways to them are written into `senses.bodies`. There are none where bodies do
-    not hide.
+    The function writes the displacements to the bodies into `senses.bodies`. The number
+    is 0 if bodies do not hide boids.
 
     Parameters
     ----------
     senses : Senses
-        Senses of the flock; its room for bodies changes.
+        Sensing model of the flock; the memory for bodies changes.
     world : World
     i : int
         Index of the boid that looks.
     length2 : float
-        Square of the distance up to which other boids matter.
+        Square of the distance up to which boids are tested.
     """
     found = 0
     if senses.boids_hide:
@@ -161,22 +161,23 @@ def bodies_within(senses: Senses, world: World, i: int, length2: float) -> int:
 def is_behind_body(senses: Senses, count: int, dx: float, dy: float) -> bool:
     """Return whether a body of `bodies_within` is between two boids.
 
-    The middle of such a body is beside the way, and nearer to it than body_radius. The
-    middles at both ends of the way are not beside it: there `along` is 0 and `length2`.
+    The centre of a blocking body is beside the line of sight, at a distance below
+    body_radius. The centres at the two ends of the line do not count: there `along` is
+    0 and `length2`.
 
     Parameters
     ----------
     senses : Senses
-        Senses of the flock.
+        Sensing model of the flock.
     count : int
         Number of bodies.
     dx, dy : float
-        Way from the boid that looks to the other one, in lengths.
+        Displacement from the boid that looks to the second boid, in lengths.
     """
     length2 = dx * dx + dy * dy
     bound = senses.body_radius * senses.body_radius * length2
     hidden = False
-    for m in range(count):  # without a way out, it looks at several bodies at once
+    for m in range(count):  # no early exit, so that several bodies are tested at once
         to_x, to_y = senses.bodies[0, m], senses.bodies[1, m]
         along = to_x * dx + to_y * dy
         across = to_x * dy - to_y * dx
@@ -186,14 +187,14 @@ def is_behind_body(senses: Senses, count: int, dx: float, dy: float) -> bool:
 
 @jit
 def way_between(senses: Senses, world: World, i: int, j: int) -> tuple[float, float]:
-    """Return the way from boid `i` to boid `j` at the last sample.
+    """Return the displacement from boid `i` to boid `j` at the last sample.
 
     Parameters
     ----------
     senses : Senses
-        Senses of the flock.
+        Sensing model of the flock.
     world : World
-        With `minimum_image` the way may cross its borders.
+        World; with `minimum_image` the displacement may cross borders.
     i, j : int
         Indices of the boids.
     """
@@ -206,12 +207,12 @@ def way_between(senses: Senses, world: World, i: int, j: int) -> tuple[float, fl
 
 @jit
 def meets_disc(dx: float, dy: float, x: float, y: float, radius: float) -> bool:
-    """Return whether a way from 0 comes nearer than `radius` to (x, y).
+    """Return whether a line from 0 has a distance below `radius` from (x, y).
 
     Parameters
     ----------
     dx, dy : float
-        Way, in lengths.
+        Displacement along the line, in lengths.
     x, y : float
         Centre of the disc, in lengths.
     radius : float
@@ -228,20 +229,20 @@ def meets_disc(dx: float, dy: float, x: float, y: float, radius: float) -> bool:
 def meets_rectangle(
     dx: float, dy: float, x: float, y: float, half_width: float, half_height: float
 ) -> bool:
-    """Return whether a way from 0 leads through the inside of a rectangle.
+    """Return whether a line from 0 crosses the interior of a rectangle.
 
-    It does if a part of the way, from 0 to 1, is between both pairs of sides (Liang and
-    Barsky 1984, A new concept and method for line clipping, ACM Transactions on
-    Graphics 3, 1-22).
+    The result is true if some part of the line, from 0 to 1, is between the two sides
+    along each axis. The method is by Liang and Barsky (1984), A new concept and method
+    for line clipping, ACM Transactions on Graphics 3, 1-22.
 
     Parameters
     ----------
     dx, dy : float
-        Way, in lengths.
+        Displacement along the line, in lengths.
     x, y : float
         Centre of the rectangle, in lengths.
     half_width, half_height : float
-        Half of its sides, in lengths.
+        Half of the sides, in lengths.
     """
     first, last = 0.0, 1.0
     for d, middle, half in ((dx, x, half_width), (dy, y, half_height)):

@@ -1,4 +1,4 @@
-"""The parameters that a model reads robot by robot, from its source."""
+"""The parameters that a model reads robot by robot, from the source of the model."""
 
 import ast
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -15,7 +15,7 @@ Whose = Literal["robot", "flock"]
 
 
 class Read(NamedTuple):
-    """Parameters that functions read of one robot, and of the whole flock."""
+    """Parameters that functions read per robot, and per flock."""
 
     robot: frozenset[str]
     flock: frozenset[str]
@@ -24,9 +24,9 @@ class Read(NamedTuple):
 def parameters_read(model: Model) -> Read:
     """Return the parameters that a model reads robot by robot, and of the flock.
 
-    Its `advance` reads those of a robot from `params_of`, the others from its argument.
-    Functions of ours that it calls count too. Each trial reads some of the flock
-    itself.
+    The `advance` of the model reads parameters of a robot from `params_of`, and
+    parameters of the flock from the third argument. Compiled functions that `advance`
+    calls count too. Each trial also reads some parameters of the flock directly.
     """
     return _read(model.advance)
 
@@ -46,7 +46,7 @@ def _read(advance: Callable[..., bool]) -> Read:
 
 
 def _third(plain: Callable[..., bool]) -> dict[str, Whose]:
-    """Return the name that `advance` gives the parameters, its third argument."""
+    """Return the name of the third argument of `advance`, the parameters."""
     return dict.fromkeys(plain.__code__.co_varnames[2:3], "flock")
 
 
@@ -66,9 +66,9 @@ Met = set[tuple[Callable[..., Any], frozenset[tuple[str, Whose]]]]
 def _attributes(
     plain: Callable[..., Any], arguments: Mapping[str, Whose], met: Met
 ) -> Iterator[tuple[str, Whose]]:
-    """Find the names of all parameters that a plain function reads, and whose they are.
+    """Yield all parameters that a plain function reads, each with the owner.
 
-    Its `arguments` are those that hold parameters. `met` are the visited functions.
+    `arguments` are the arguments that hold parameters. `met` are the visited functions.
     """
     key = plain, frozenset(arguments.items())
     if key in met:
@@ -95,7 +95,7 @@ def _nodes(
 ) -> tuple[list[ast.Assign], list[ast.Attribute | ast.Call]]:
     """Return the assignments of a function, and the attributes and calls in it.
 
-    They are cached, as models have most functions in common.
+    The result is cached, because models have most functions in common.
     """
     nodes = list(ast.walk(tree_of(plain)))
     return (
@@ -107,7 +107,7 @@ def _nodes(
 def _whose(
     node: ast.expr, plain: Callable[..., Any], known: Mapping[str, Whose]
 ) -> Whose | None:
-    """Return whose parameters an expression is, None where it is none."""
+    """Return the owner of the parameters in an expression, None without parameters."""
     match node:
         case ast.Name(name):
             return known.get(name)
@@ -122,7 +122,7 @@ def _bound(
     plain: Callable[..., Any],
     known: Mapping[str, Whose],
 ) -> Iterator[tuple[str, Whose]]:
-    """Find the names to which a function assigns parameters."""
+    """Yield the names to which a function assigns parameters, each with the owner."""
     for node in assignments:
         for target in node.targets:
             for name, value in _pairs(target, node.value):
@@ -145,7 +145,7 @@ def _passed(
     plain: Callable[..., Any],
     known: Mapping[str, Whose],
 ) -> Iterator[tuple[str, Whose]]:
-    """Find the arguments of a called function that are parameters."""
+    """Yield the arguments of a called function that are parameters, with the owner."""
     names = called.__code__.co_varnames[: called.__code__.co_argcount]
     arguments = [*zip(names, node.args, strict=False)]
     arguments += [(word.arg, word.value) for word in node.keywords if word.arg]

@@ -1,4 +1,4 @@
-"""The layers between a model and its boids."""
+"""The layers between a model and the boids."""
 
 from typing import Any, NamedTuple
 
@@ -39,18 +39,18 @@ class Robots(NamedTuple):
     Attributes
     ----------
     clock : array of int, shape (1,)
-        Number of steps that have begun. Random numbers of the trial have an address
-        that begins with it, so that no number depends on earlier ones.
+        Number of steps that have begun. Addresses of random numbers of the trial begin
+        with this number, so that no random number depends on earlier random numbers.
     driven : array of int, shape (1,)
-        Number of calls of `drive` while there are `motors`.
+        Number of calls of `drive`, counted if `motors` is not None.
     keys : ChanceKeys
     failing : Failing
     motors : Motors or None
-        None where all boids move as their model commands.
+        None if all boids move as the model commands.
     rows : Rows
-        Parameters of each robot, empty where all have those of the flock.
+        Parameters of each robot, empty if all robots have the parameters of the flock.
     wind : Wind or None
-        None where the medium is at rest.
+        None if the medium is at rest.
     """
 
     clock: NDArray[np.int64]
@@ -84,7 +84,7 @@ def build_robots(
         Time of a step.
     world : World
     params : NamedTuple, optional
-        Parameters of the model; needed where some differ from robot to robot.
+        Parameters of the model; needed if parameters differ from robot to robot.
     """
     fails = failing(settings.breakdowns, keys.made, n, dt)
     return Robots(
@@ -99,9 +99,10 @@ def build_robots(
 
 
 def may_sense(settings: RobotSettings, dt: float) -> bool:
-    """Return whether boids have senses in steps of `dt`.
+    """Return whether boids have a sensing model in steps of `dt`.
 
-    They do where they measure and hear, and where boids that fail are silent or blind.
+    The result is true with sensing errors or limits of communication, and with boids
+    that fail as silent or blind.
     """
     fails = settings.breakdowns
     unheard = fails.failing_share > 0.0 and fails.failing_how in (SILENT, BLIND)
@@ -111,8 +112,8 @@ def may_sense(settings: RobotSettings, dt: float) -> bool:
 def is_ideal(settings: RobotSettings, dt: float) -> bool:
     """Return whether no layer changes a number in steps of `dt`.
 
-    Then boids know the exact state and do as their model commands. All have the same
-    parameters, none fails, and the medium is at rest.
+    If so, boids know the exact state and move as the model commands. All boids have
+    equal parameters, no boid fails, and the medium is at rest.
     """
     return (
         senses.is_ideal(settings.sensing, dt)

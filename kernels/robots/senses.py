@@ -1,4 +1,4 @@
-"""Senses of a flock during a trial: parameters, errors, messages."""
+"""Sensing model of a flock during a trial: parameters, errors, messages."""
 
 import math
 from typing import NamedTuple
@@ -31,8 +31,9 @@ WEIGHTS = (
     *(0.29552422471475287, 0.26926671930999635, 0.21908636251598204),
     *(0.1494513491505806, 0.06667134430868814),
 )
-"""Half of the Gauss-Legendre rule with ten nodes: the other nodes have the other sign.
-It integrates a kick of a spring to rounding.
+"""Half of the Gauss-Legendre rule with ten nodes; the other half has negative nodes.
+
+The rule integrates the response of the spring to a kick up to rounding errors.
 """
 SINCE, NOW, SAMPLED, SENT = range(4)
 """Indices into the `times` of Senses."""
@@ -42,8 +43,8 @@ class ErrorLaw(NamedTuple):
     """Change in a step of the error of a coordinate and of its velocity.
 
     The errors (q, u) become M (q, u) + L g, with g two independent standard normal
-    numbers. With the standard deviations `position` and `velocity`, q and u
-    independent, the errors are stationary from the start on.
+    numbers. At the start, q and u are independent, with the standard deviations
+    `position` and `velocity`. So the errors are stationary from the start.
 
     Attributes
     ----------
@@ -70,37 +71,38 @@ class ErrorLaw(NamedTuple):
 
 
 class Senses(NamedTuple):
-    """State and parameters of the senses of N boids; see kernels.robots.sensing.
+    """State and parameters of the sensing of N boids; see kernels.robots.sensing.
 
     Attributes
     ----------
     own : Flock
-        What each boid knows of itself.
+        Knowledge of each boid about itself.
     messages : array of float, shape (D + 1, 4, N)
         x, y, vx and vy that each boid has measured in the last steps, for a `delay` of
         D steps.
     errors, own_errors : array of float, shape (4, N)
-        Errors of x, y, vx and vy: those that others see, and those of a boid itself.
+        Errors of x, y, vx and vy: in messages, and in the knowledge of a boid about
+        itself.
     place : array of float, shape (2, N)
-        True positions when others were last sampled.
+        True positions at the last sample.
     bodies : array of float, shape (2, N)
-        Room for the ways to bodies that may hide others from one boid; (2, 0) where
-        bodies hide nobody.
+        Memory for the displacements to bodies that may hide boids from one boid; (2, 0)
+        if bodies do not hide boids.
     hiding, shift : array, shapes (R,) and (2, R)
-        Room for obstacles in the same way, R for all that can hide.
+        Memory for obstacles that may hide boids from one boid, at most R.
     times : array of int, shape (4,)
-        Steps, counted from 0: the one in which the senses begin, NOT_BEGUN before; the
-        current one; that of the last sample; that in which the messages of that sample
-        were sent.
+        Steps, counted from 0, with the indices SINCE, NOW, SAMPLED and SENT: first step
+        of the sensing model, NOT_BEGUN before; current step; step of the last sample;
+        step in which the messages of the last sample were sent.
     silent_from, blind_from : array of int, shape (N,)
-        Steps from which on a boid is in no message, and from which on it knows of
-        nobody.
+        First step in which a boid is in no message, and first step in which a boid
+        perceives no boid.
     key : ChanceKey
         Key of errors and lost packets.
     law : ErrorLaw
     knows_itself, shares_errors : bool
-        Whether a boid knows itself exactly, and whether its own errors are those that
-        others see.
+        Whether a boid knows itself exactly, and whether the errors of a boid about
+        itself are equal to the errors in messages.
     delay, period : int
         Age of messages, and time between two samples, in steps.
     radio_range, packet_loss, packet_loss_range : float
@@ -137,12 +139,12 @@ class Senses(NamedTuple):
 
 
 def never(n: int) -> NDArray[np.int64]:
-    """Return the steps (N,) of an event that happens to none of `n` boids."""
+    """Return the steps (N,) of an event that happens to no boid, for `n` boids."""
     return np.full(n, NEVER)
 
 
 def is_ideal(sensing: Sensing, dt: float) -> bool:
-    """Return whether boids know exactly and at once what they see, in steps of `dt`."""
+    """Return whether perception is exact and without delay, in steps of `dt`."""
     return (
         sensing.position_noise == 0.0
         and sensing.velocity_noise == 0.0
@@ -168,9 +170,10 @@ def build_senses(
     silent_from: NDArray[np.int64],
     blind_from: NDArray[np.int64],
 ) -> Senses | None:
-    """Return the senses of a flock at the start of a trial, None where they are ideal.
+    """Return the sensing model of a flock at the start of a trial, None if ideal.
 
-    With None boids know all that they see, and kernels are compiled without senses.
+    With None, boids know the exact state of all boids in sight, and kernels are
+    compiled without a sensing model.
 
     Parameters
     ----------
@@ -184,7 +187,7 @@ def build_senses(
     key : ChanceKey
         Key of errors and lost packets.
     silent_from, blind_from : array of int, shape (n,)
-        Steps from which on a boid is silent or blind, NEVER for a boid that works.
+        First step in which a boid is silent or blind, NEVER for a boid that works.
     """
     all_well = min(silent_from.min(), blind_from.min()) == NEVER
     if is_ideal(sensing, dt) and all_well:
@@ -222,10 +225,10 @@ def build_senses(
 
 
 def go_on_with(mine: Senses | None, earlier: Senses | None) -> bool:
-    """Resume senses from `earlier` ones of as many boids; return whether they resume.
+    """Resume a sensing model from an `earlier` model of as many boids, if possible.
 
-    They do if both have the same law of errors and the same delay. Else they begin
-    again in the next step.
+    Returns whether the model resumes, which needs an equal law of errors and an equal
+    delay. Else the model begins again in the next step.
     """
     if mine is None or earlier is None:
         return False
@@ -244,13 +247,13 @@ def error_law(sensing: Sensing, dt: float) -> ErrorLaw:
 
     Independent errors are AR(1) with the correlation exp(-dt / noise_time). Coupled
     errors are the exact solution of dq = u dt, du = -(u / noise_time) dt - k q dt +
-    noise with k = (velocity_noise / position_noise)^2, a damped spring driven by white
-    noise (Uhlenbeck and Ornstein 1930, On the theory of the Brownian motion, Physical
-    Review 36, 823-841, section IV).
+    noise, with k = (velocity_noise / position_noise)^2. The equations describe a damped
+    spring driven by white noise: Uhlenbeck and Ornstein (1930), On the theory of the
+    Brownian motion, Physical Review 36, 823-841, section IV.
 
-    The stationary covariance is S = diag(position_noise^2, velocity_noise^2). With M
-    the exponential of the matrix of the equations times dt, the covariance of the added
-    noise is S - M S M', so that S stays for any dt.
+    The stationary covariance is S = diag(position_noise^2, velocity_noise^2). M is the
+    exponential of the matrix of the equations times dt. The covariance of the added
+    noise is S - M S M', so that S is constant for any dt.
     """
     place, pace, time = (
         sensing.position_noise,
@@ -292,14 +295,14 @@ def _spring(time: float, k: float, dt: float) -> tuple[float, float, float, floa
 def _kicks(time: float, k: float, dt: float) -> tuple[float, float, float]:
     """Return the variance of q, the covariance and the variance of u added in `dt`.
 
-    White noise of u adds them: they are the integral of the outer product of the
-    response to a kick of u, which is the second column of `_spring`.
+    White noise of u adds the covariance, which is an integral. The integrand is the
+    outer product of the response to a kick of u, the second column of `_spring`.
 
-    S - M S M' is the same, but loses nearly all digits where dt is short: there the
-    part of q is of the order of dt^3. So the integral is computed over a part of dt in
-    which the spring has hardly moved. It is then doubled as often as needed, by sums
-    alone: the integral over 2 t is Q(t) + M(t) Q(t) M(t)'. The sums are those of
-    Python, because the order of NumPy's sums depends on the processor.
+    S - M S M' is mathematically equal, but loses nearly all digits if dt is short:
+    there the variance of q is of the order of dt^3. So the integral is computed over a
+    part of dt in which the spring has hardly moved. Then the interval is doubled as
+    often as needed, by sums alone: the integral over 2 t is Q(t) + M(t) Q(t) M(t)'. The
+    sums are Python sums, because the order of NumPy's sums depends on the processor.
     """
     fastest = max(1.0 / time, math.sqrt(k))
     doublings = max(0, math.frexp(fastest * dt)[1])

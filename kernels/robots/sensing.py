@@ -1,13 +1,15 @@
-"""Sensing: knowledge of a boid about others and about itself.
+"""Sensing: knowledge of a boid about neighbours and about itself.
 
-At the beginning of a step each boid measures its position and velocity, and sends them.
-Others know of it what it sent `sensing_delay` ago, as it was at the last sample of
-`sensing_period`; at first, what it sent at the start. Errors of measurement continue
-from step to step. What a boid knows of itself has no delay.
+At the beginning of a step, each boid measures position and velocity, and sends a
+message. A sample takes place every `sensing_period`. At a sample, boids receive the
+messages sent `sensing_delay` before. Between samples, boids keep the received states.
+Until the first delayed message arrives, boids use the messages sent at the start.
+Errors of measurement continue from step to step. The knowledge of a boid about itself
+has no delay.
 
-A model calls `publish` at the beginning of each step. It reads others from `others_of`,
-and the boid itself from `own_of`, wherever a rule asks for it. The flock itself holds
-the true positions: the model moves boids from there.
+A model calls `publish` at the beginning of each step. Rules read neighbours from
+`others_of`, and the boid itself from `own_of`. The flock holds the true positions, from
+which the model moves boids.
 """
 
 from kernels.chance import normals
@@ -23,11 +25,12 @@ from kernels.workspace import Workspace
 
 @jit
 def others_of(flock: Flock, work: Workspace, sequential: bool) -> Flock:
-    """Return the flock as boids know the others.
+    """Return the flock as boids perceive neighbours.
 
-    With senses it holds the messages sent before the step, in any update. Without
-    senses it is the flock before the step, or the flock itself in a sequential update,
-    so that later boids know the new state of earlier ones.
+    With a sensing model, the result holds the received messages, in any update order.
+    Without a sensing model, the result is the flock before the step. In a sequential
+    update without a sensing model, the result is the current flock, so that later boids
+    know the new states of earlier boids.
 
     Parameters
     ----------
@@ -35,14 +38,14 @@ def others_of(flock: Flock, work: Workspace, sequential: bool) -> Flock:
         True state.
     work : Workspace
     sequential : bool
-        Whether boids are updated one after the other.
+        Whether boids are updated in sequence.
     """
     return flock if sequential and work.near.senses is None else work.before
 
 
 @jit
 def own_of(flock: Flock, work: Workspace) -> Flock:
-    """Return the flock as boids know themselves, with errors of measurement if any."""
+    """Return the states that boids know of themselves, with errors of measurement."""
     return _own_of(work.near.senses, flock)
 
 
@@ -55,17 +58,20 @@ def _own_of(senses: Senses | None, flock: Flock) -> Flock:
 
 @jit
 def is_measured(work: Workspace) -> bool:
-    """Return whether boids have senses, and so may not know all that they see."""
+    """Return whether boids have a sensing model, and may not know all boids in sight.
+
+    Without a sensing model, boids know all boids in sight.
+    """
     return work.near.senses is not None
 
 
 @jit
 def publish(flock: Flock, others: Flock, work: Workspace) -> None:
-    """Begin a step: let the wind carry the flock, and let boids know of each other.
+    """Begin a step: the wind carries the flock, and boids exchange states.
 
-    It keeps the velocities before the step, and fills `others` and the flock of
-    `own_of`. It moves obstacles to their positions after this step. A model calls it
-    once per step.
+    The function keeps the velocities before the step, and fills `others` and the flock
+    of `own_of`. Moving obstacles take the positions after this step. A model calls
+    `publish` once per step.
 
     Parameters
     ----------
@@ -106,7 +112,7 @@ def _send(senses: Senses, flock: Flock, others: Flock, grid: Grid, step: int) ->
 
 @jit
 def _begin_step(senses: Senses, step: int) -> None:
-    """Note the current step, and whether others are sampled in it."""
+    """Note the current step, and whether a sample takes place."""
     times = senses.times
     times[NOW] = step
     if times[SINCE] == NOT_BEGUN:
@@ -124,7 +130,7 @@ def _slot(senses: Senses, step: int) -> int:
 
 @jit
 def _measure(senses: Senses, flock: Flock, i: int) -> None:
-    """Let boid `i` measure its state, and keep that as its message."""
+    """Measure the state of boid `i`, and keep the result as the message of the boid."""
     if not senses.law.is_none:
         _err(senses, senses.errors, i, SENT_ERROR)
         if not (senses.knows_itself or senses.shares_errors):
@@ -145,7 +151,7 @@ def _measure(senses: Senses, flock: Flock, i: int) -> None:
 
 @jit
 def _err(senses: Senses, errors: Floats, i: int, purpose: int) -> None:
-    """Change the errors of boid `i` as in one step; draw them where senses begin."""
+    """Advance the errors of boid `i` by one step; draw new errors in the first step."""
     law, step = senses.law, senses.times[NOW]
     for axis in range(2):
         one, other = normals(senses.key, step, i, axis, purpose)
@@ -160,7 +166,7 @@ def _err(senses: Senses, errors: Floats, i: int, purpose: int) -> None:
 
 @jit
 def _sample(senses: Senses, flock: Flock, others: Flock) -> None:
-    """Let boids know the messages that arrive in this step."""
+    """Deliver the messages that arrive in this step to all boids."""
     slot = _slot(senses, senses.times[SENT])
     for i in range(flock.x.size):
         others.x[i] = senses.messages[slot, 0, i]

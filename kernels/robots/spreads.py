@@ -1,4 +1,4 @@
-"""Parameters of a model that differ from robot to robot, as real robots differ."""
+"""Heterogeneous robots: parameters of a model that differ from robot to robot."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -14,19 +14,19 @@ from kernels.settings import Spread
 from kernels.state import Floats
 
 Rows = tuple[()] | tuple[NDArray[Any]]
-"""Table (N,) with one record per robot, its parameters; empty where all are the same.
+"""Table (N,) with the parameters of each robot as a record; empty if all are equal.
 
-numba leaves out a branch that depends on the length of a tuple.
+numba removes a branch that depends on the length of a tuple.
 """
 
 
 def build_rows(params: Any, spreads: Sequence[Spread], key: ChanceKey, n: int) -> Rows:
-    """Return the parameters of each robot, empty where all are the same.
+    """Return the parameters of each robot, an empty table if all robots are equal.
 
-    With an empty table kernels are compiled without it. With a deviation s each robot
-    has the value times exp(s z), with a standard normal number z of its own for each
-    parameter. So the median is the value of the flock, and at any deviation the same
-    robots are above it.
+    Kernels are compiled without an empty table. With a deviation s, each robot has the
+    value of the flock times exp(s z). The standard normal number z differs per robot
+    and parameter. So the median is the value of the flock, and the set of robots above
+    the median does not depend on the deviation.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def build_rows(params: Any, spreads: Sequence[Spread], key: ChanceKey, n: int) -
 
 @jit
 def _draw(key: ChanceKey, deviation: float, number: int, factors: Floats) -> None:
-    """Draw factors that depend only on key, deviation, parameter and robot."""
+    """Draw factors, each from key, deviation, parameter and robot alone."""
     for i in range(factors.size):
         one, _ = normals(key, i, number, 0, PARAMETER)
         factors[i] = exp(deviation * one)

@@ -1,13 +1,14 @@
 """Motion of the medium that carries boids: wind, and gusts.
 
-The velocities of boids, and all that their models do with them, are relative to the
-medium. It has one velocity everywhere, by which it carries all boids at the beginning
-of each step: (wind_x, wind_y) and a gust. Each component of the gust is an
-Ornstein-Uhlenbeck process (Uhlenbeck and Ornstein 1930, On the theory of the Brownian
-motion, Physical Review 36, 823-841), independent of the other one, whose value at the
-beginning of a step holds throughout it. Its exact solution over a step is
+The velocities of boids, and all rules of models, are relative to the medium. The medium
+has a uniform velocity, the sum of (wind_x, wind_y) and a gust, and carries all boids at
+the beginning of each step.
+
+The components of the gust are independent Ornstein-Uhlenbeck processes: Uhlenbeck and
+Ornstein (1930), On the theory of the Brownian motion, Physical Review 36, 823-841. The
+gust is constant during a step. The exact solution over a step is
 g <- exp(-dt / gust_time) g + gust sqrt(1 - exp(-2 dt / gust_time)) z, with z a standard
-normal number, so that it is stationary from the start on for any `dt`.
+normal number. So the gust is stationary from the start, for any `dt`.
 """
 
 import math
@@ -27,7 +28,7 @@ from kernels.state import Floats, Flock, World
 
 
 class Wind(NamedTuple):
-    """Motion of the medium in steps of one length, in a world of one size.
+    """Motion of the medium, for steps and a world of fixed size.
 
     Attributes
     ----------
@@ -67,9 +68,9 @@ def is_calm(medium: Medium) -> bool:
 
 
 def build_wind(medium: Medium, key: ChanceKey, dt: float, world: World) -> Wind | None:
-    """Return the wind at the start of a trial, None where the medium is at rest.
+    """Return the wind at the start of a trial, None if the medium is at rest.
 
-    Its gust has the stationary distribution. With None kernels are compiled without
+    The gust has the stationary distribution. With None, kernels are compiled without
     wind.
 
     Parameters
@@ -100,10 +101,10 @@ def build_wind(medium: Medium, key: ChanceKey, dt: float, world: World) -> Wind 
 
 
 def go_on_blowing(mine: Wind | None, earlier: Wind | None) -> None:
-    """Resume a wind with the gust of an `earlier` one.
+    """Resume a wind with the gust of an `earlier` wind.
 
-    The gust is a multiple of its standard deviation. So it stays stationary if the
-    standard deviation changes.
+    The gust is stored as a multiple of the standard deviation. So the gust remains
+    stationary if the standard deviation changes.
     """
     if mine is not None and earlier is not None:
         mine.now[:] = earlier.now
@@ -119,17 +120,17 @@ def blow(
 ) -> None:
     """Carry each boid of a flock by the wind of one step.
 
-    The border acts on position and velocity as in a step of its own. The search learns
-    the new positions.
+    The border acts on position and velocity as in a separate step. The neighbour search
+    is updated with the new positions.
 
     Parameters
     ----------
     wind : Wind or None
-        None leaves the flock as it is.
+        Wind; with None, the flock does not change.
     flock : Flock
         Flock, changed in place.
     grid : Grid
-        Search of neighbours.
+        Grid of the neighbour search.
     key : ChanceKey
         Key of the gusts.
     clock : array of int, shape (1,)

@@ -1,9 +1,9 @@
-"""Steering rules, one kernel each: from what a boid perceives to a vector.
+"""Steering rules, one kernel per rule: from the perception of a boid to a vector.
 
 social     separation laws, alignment, cohesion
 steering   wander, the way to a goal
-headings   the average heading, its noise
+headings   the average heading, with noise
 obstacles  repulsion by obstacles and walls
-borders    effects of the edge of the world
+borders    effects of the borders of the world
 avoidance  steering around occupied cells of a grid
 """

@@ -26,11 +26,11 @@ def steer_to_avoid(
 ) -> tuple[float, float, bool]:
     """Return the unit vector of the free heading nearest to the velocity.
 
-    A heading is free if the path of length `look_ahead` is. The search proceeds in
-    steps of `turn` up to half a turn to either side. It tries the side of growing
-    angles first. The vector is zero if the way ahead is free, if no heading is free,
-    and for a boid at rest. This is Algorithm 7 of rustamani2024, which would loop for
-    ever if no heading is free.
+    A heading is free if the path of length `look_ahead` in its direction is free. The
+    search proceeds in steps of `turn`, up to half a turn to either side, and tries the
+    side of increasing angles first. The vector is zero if the current heading is free,
+    if no heading is free, and for a boid at rest. The rule is Algorithm 7 of
+    rustamani2024, which would not terminate without a free heading.
 
     Parameters
     ----------
@@ -73,7 +73,8 @@ def _is_free(
 ) -> bool:
     """Return whether the points of a path are free.
 
-    There is a point every `step`. Both ends are left out, as in Algorithm 8.
+    The distance between points is `step`. The two ends are excluded, as in Algorithm 8
+    of rustamani2024.
     """
     along, across = length * cos(heading), length * sin(heading)
     points = math.floor(length / step + ROUNDING)

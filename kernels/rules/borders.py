@@ -1,4 +1,4 @@
-"""Effects of the edge of the world, on it and near it."""
+"""Effects of the borders of the world, at a border and near a border."""
 
 from kernels.jit import jit
 from kernels.settings import BOUNDED, TORUS
@@ -11,7 +11,7 @@ def confine(
     """Return one coordinate and its velocity after the border has acted.
 
     A periodic border (TORUS) wraps the position once. A reflecting border (BOUNDED)
-    mirrors position and velocity. An open world changes nothing.
+    mirrors position and velocity. An unbounded world (OPEN) changes no number.
 
     Parameters
     ----------
@@ -45,8 +45,8 @@ def confine(
 def turn_back(position: float, length: float, margin: float) -> float:
     """Return the direction away from a near border, for one coordinate in [0, L].
 
-    The direction is 1 below `margin`, else -1 above L - `margin`, else 0. It holds
-    beyond the borders too. Eqs. (18) and (19) of patel2023, and nanobot.
+    The direction is 1 below `margin`, else -1 above L - `margin`, else 0, also beyond
+    the borders. The rule is Eqs. (18) and (19) of patel2023, and a rule of nanobot.
 
     Parameters
     ----------

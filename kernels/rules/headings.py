@@ -1,4 +1,4 @@
-"""Headings of boids that all have one speed, and their noise."""
+"""Headings of boids of equal speed, and noise of headings."""
 
 import math
 
@@ -14,10 +14,10 @@ from kernels.state import Flock
 def velocity_sum(
     seen: Flock, i: int, near: Near, found: int
 ) -> tuple[float, float, float]:
-    """Return the sum of the velocities of a boid and its neighbours, and their number.
+    """Return the sum of the velocities of a boid and its neighbours, and the count.
 
-    For boids with one speed its direction is the average heading of Eq. (2) of Vicsek
-    et al. (1995), the arctangent of the mean sine over the mean cosine.
+    For boids of equal speed, the direction of the sum is the average heading of Eq. (2)
+    of Vicsek et al. (1995): the arctangent of the mean sine over the mean cosine.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def velocity_sum(
     near : Near
         Neighbours of the boid.
     found : int
-        Number of its neighbours, the first ones in `near`.
+        Number of neighbours, which are the first entries of `near`.
 
     Returns
     -------
@@ -44,7 +44,7 @@ def velocity_sum(
 def velocity_sum_from(
     vx: float, vy: float, seen: Flock, near: Near, found: int
 ) -> tuple[float, float, float]:
-    """Return `velocity_sum` for a boid whose own velocity is given.
+    """Return `velocity_sum` for a boid with a given velocity.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def velocity_sum_from(
     near : Near
         Neighbours of the boid.
     found : int
-        Number of its neighbours, the first ones in `near`.
+        Number of neighbours, which are the first entries of `near`.
 
     Returns
     -------
@@ -81,12 +81,12 @@ def direction(
     x, y : float
         Vector.
     other_x, other_y : float
-        Vector that is taken where (x, y) is zero.
+        Vector that is used if (x, y) is zero.
 
     Returns
     -------
     x, y : float
-        Unit vector; zero where both vectors are.
+        Unit vector; zero if the two vectors are zero.
     """
     along = x != 0.0 or y != 0.0
     x, y = x if along else other_x, y if along else other_y
@@ -97,17 +97,17 @@ def direction(
 
 @jit
 def random_turn(rng: Generator, width: float) -> tuple[float, float]:
-    """Return cosine and sine of an angle that is uniform within +- width / 2.
+    """Return cosine and sine of an angle with uniform distribution in +- width / 2.
 
-    The `width` is from 0 to 2 pi radians. This is the noise of Eq. (2) of Vicsek et al.
-    (1995).
+    The `width` is from 0 to 2 pi radians. The angle is the noise of Eq. (2) of Vicsek
+    et al. (1995).
     """
     return cosine_sine(rng.uniform(-0.5 * width, 0.5 * width))
 
 
 @jit
 def turned(x: float, y: float, cosine: float, sine: float) -> tuple[float, float]:
-    """Return the vector (x, y), turned by an angle.
+    """Return the vector (x, y), rotated by an angle.
 
     Parameters
     ----------
@@ -123,9 +123,9 @@ def turned(x: float, y: float, cosine: float, sine: float) -> tuple[float, float
 def turned_towards(
     x: float, y: float, to_x: float, to_y: float, cosine: float, sine: float
 ) -> tuple[float, float]:
-    """Return a unit vector, turned towards another one by at most a given angle.
+    """Return a unit vector, rotated towards a target by at most a given angle.
 
-    Towards the opposite vector it turns by a positive angle, from x towards y.
+    If the target is the opposite vector, the angle is positive, from x towards y.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ def turned_towards(
     to_x, to_y : float
         Unit vector of the target.
     cosine, sine : float
-        Cosine and sine of the greatest turn, an angle from 0 to pi.
+        Cosine and sine of the largest angle, which is from 0 to pi.
     """
     reached = x * to_x + y * to_y >= cosine
     way = sine if x * to_y - y * to_x >= 0.0 else -sine

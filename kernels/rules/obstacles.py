@@ -11,13 +11,13 @@ from kernels.worlds import Reach, reach_cell
 
 @jit
 def away_from(world: World, m: int, x: float, y: float) -> tuple[float, float, float]:
-    """Return the vector from an obstacle to a position, and how far its surface is.
+    """Return the vector from an obstacle to a position, and the surface distance.
 
-    The vector begins in the centre of a disc, whose surface is its radius away. It
-    begins in the centre of a rectangle, whose larger half-width counts. For a polygon
-    it begins at the nearest point of the border, which is the surface. Within a polygon
-    the vector is mirrored, so that it leads out, and the surface is infinitely far. So
-    a polygon pushes at any depth, like a disc.
+    For a disc, the vector begins at the centre, and the distance is the radius. For a
+    rectangle, the vector begins at the centre, and the distance is the larger
+    half-width. For a polygon, the vector begins at the nearest point of the border, and
+    the distance is 0. Within a polygon, the vector is mirrored and leads out, and the
+    distance is infinite. So a polygon repels at any depth, as a disc does.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def away_from(world: World, m: int, x: float, y: float) -> tuple[float, float, f
     Returns
     -------
     x, y : float
-        Vector along which the obstacle pushes.
+        Vector along which the obstacle repels.
     size : float
         Distance of the surface from the beginning of the vector.
     """
@@ -86,9 +86,9 @@ def repulsion_inverse(
 ) -> tuple[float, float]:
     """Return the sum of d / (|d| (|d| + epsilon)) over near obstacles.
 
-    It is f_obs of aziel_chen2025, with d the vector away from an obstacle. The
-    publication has (|d| + epsilon)^2 below the line. The two agree to one part in
-    10^10 from 1 px on.
+    The sum is f_obs of aziel_chen2025, with d the vector away from an obstacle. The
+    publication has the denominator (|d| + epsilon)^2. For |d| of 1 px or more, the
+    forms agree to 1 part in 10^10.
 
     Parameters
     ----------
@@ -149,8 +149,8 @@ def repulsion_linear(
 def wall_repulsion(position: float, length: float, epsilon: float) -> float:
     """Return 1/(x + epsilon) - 1/(L - x + epsilon) for one coordinate x in [0, L].
 
-    It is f_wall of aziel_chen2025. Beyond a wall the sign changes: a boid that escapes
-    is driven away, as in the authors' program.
+    The rule is f_wall of aziel_chen2025. Beyond a wall the sign changes: a boid that
+    escapes is repelled further, as in the authors' program.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 """Separation, alignment and cohesion over the neighbours of a boid.
 
-The neighbours are the first `found` ones in `near`, in ascending order of index.
+The neighbours are the first `found` entries of `near`, in ascending order of index.
 """
 
 import math
@@ -40,8 +40,8 @@ def separation_unit(near: Near, found: int, range2: float) -> tuple[float, float
 def _shorten(near: Near, found: int, range2: float) -> None:
     """Write the factors of `separation_unit` into `near`.
 
-    A neighbour nearer than sqrt(range2) gets 1 / max(|d|, 1), any other one 0. The
-    loop has no sums, so that it computes several neighbours at once.
+    The factor is 1 / max(|d|, 1) for neighbours nearer than sqrt(range2), else 0. The
+    loop has no sums, so that the processor computes several neighbours at once.
     """
     for k in range(whole(found)):
         factor = 1.0 / max(math.sqrt(near.distance2[k]), 1.0)
@@ -52,8 +52,8 @@ def _shorten(near: Near, found: int, range2: float) -> None:
 def separation_direction(near: Near, found: int, range2: float) -> tuple[float, float]:
     """Return the unit vector along the sum of d / |d|^2 over near neighbours.
 
-    The displacement d is x_i - x_j. The vector is zero without neighbours, or where the
-    sum is. Algorithm 2 of rustamani2024.
+    The displacement d is x_i - x_j. The vector is zero without neighbours, or if the
+    sum is zero. The rule is Algorithm 2 of rustamani2024.
 
     Parameters
     ----------
@@ -98,9 +98,9 @@ def separation_linear(near: Near, found: int, range2: float) -> tuple[float, flo
 def alignment(
     seen: Flock, i: int, near: Near, found: int, range2: float
 ) -> tuple[float, float]:
-    """Return the mean velocity of near neighbours, less the velocity of the boid.
+    """Return the mean velocity of near neighbours, minus the velocity of the boid.
 
-    Eq. (5) of nguyen2024. Zero without neighbours.
+    The rule is Eq. (5) of nguyen2024. The vector is zero without neighbours.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def alignment(
 def alignment_from(
     vx: float, vy: float, seen: Flock, near: Near, found: int, range2: float
 ) -> tuple[float, float]:
-    """Return `alignment` for a boid whose own velocity is given: Eq. (10) of patel2023.
+    """Return `alignment` for a boid with a given velocity: Eq. (10) of patel2023.
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ def alignment_from(
     mean_vx, mean_vy, count = 0.0, 0.0, 0
     for k in range(found):
         close = near.distance2[k] < range2
-        # Both are read first: the processor would mispredict a branch about reading.
+        # Unconditional reads: the processor would mispredict a branch around the reads.
         other_vx, other_vy = seen.vx[near.boid[k]], seen.vy[near.boid[k]]
         mean_vx += other_vx if close else 0.0
         mean_vy += other_vy if close else 0.0
@@ -155,7 +155,7 @@ def alignment_from(
 def cohesion(near: Near, found: int, range2: float) -> tuple[float, float]:
     """Return the vector to the mean position of near neighbours: Eq. (6) of nguyen2024.
 
-    Zero without neighbours.
+    The vector is zero without neighbours.
 
     Parameters
     ----------
@@ -187,9 +187,9 @@ def ranged_sums(
     alignment2: float,
     cohesion2: float,
 ) -> tuple[float, float, float, float, float, float, float, float]:
-    """Return the sums behind the three rules of nguyen2024.
+    """Return the sums for the three rules of nguyen2024.
 
-    One pass computes them, four numbers at once.
+    One pass computes all sums, four numbers at once.
 
     Parameters
     ----------
@@ -207,13 +207,13 @@ def ranged_sums(
     away_x, away_y : float
         Sum of `separation_unit`.
     vx, vy : float
-        Sum of the velocities of the neighbours that align.
+        Sum of the velocities of the neighbours within alignment range.
     aligned : float
-        Number of the neighbours that align.
+        Number of the neighbours within alignment range.
     x, y : float
-        Sum of the displacements to the neighbours that cohere.
+        Sum of the displacements to the neighbours within cohesion range.
     joined : float
-        Number of the neighbours that cohere.
+        Number of the neighbours within cohesion range.
     """
     bounds = four(cohesion2, cohesion2, alignment2, alignment2)
     none = four(0.0, 0.0, 0.0, 0.0)
@@ -237,9 +237,9 @@ def ranged_sums(
 def flocking_sums(
     seen: Flock, near: Near, found: int, crowd2: float
 ) -> tuple[float, float, float, float, float, float]:
-    """Return the sums behind f_col, f_coh and f_ali of aziel_chen2025.
+    """Return the sums for f_col, f_coh and f_ali of aziel_chen2025.
 
-    One pass computes them, since the rules share their neighbours.
+    One pass computes all sums, because the rules share neighbours.
 
     Parameters
     ----------
@@ -277,7 +277,7 @@ def flocking_sums(
 def protected_sums(
     seen: Flock, near: Near, found: int, crowd2: float, range2: float, crowd_apart: bool
 ) -> tuple[float, float, float, float, float, float, int]:
-    """Return the sums behind the three rules of nanobot, in one pass.
+    """Return the sums for the three rules of nanobot, computed in one pass.
 
     Parameters
     ----------
@@ -292,7 +292,7 @@ def protected_sums(
     range2 : float
         Square of the distance below which a neighbour counts for the other rules.
     crowd_apart : bool
-        Whether neighbours that crowd the boid are left out of the other rules.
+        Whether neighbours that crowd the boid are excluded from the other rules.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Rules without neighbours and obstacles: wandering, and the way to a goal."""
+"""Rules without neighbours and obstacles: wandering, and steering to a goal."""
 
 import math
 
@@ -9,7 +9,7 @@ from kernels.jit import jit
 
 @jit
 def wander(rng: np.random.Generator, width: float) -> tuple[float, float]:
-    """Return two independent numbers, uniform within +-width: Eq. (8) of nguyen2024."""
+    """Return two independent numbers, uniform in +-width: Eq. (8) of nguyen2024."""
     x = rng.uniform(-width, width)
     y = rng.uniform(-width, width)
     return x, y
@@ -21,16 +21,16 @@ def seek(
 ) -> tuple[float, float]:
     """Return the change to a velocity towards the goal: Algorithm 5 of rustamani2024.
 
-    The target velocity is `gain` times the way to the goal.
+    The target velocity is `gain` times the displacement to the goal.
 
     Parameters
     ----------
     dx, dy : float
-        Way to the goal, in lengths.
+        Displacement to the goal, in lengths.
     vx, vy : float
         Velocity of the boid.
     gain : float
-        Target velocity per length of the way.
+        Target velocity per length of the displacement.
     """
     return gain * dx - vx, gain * dy - vy
 
@@ -48,24 +48,24 @@ def arrival(
 ) -> tuple[float, float]:
     """Return the change to a velocity that slows down towards the goal.
 
-    Algorithm 6 of rustamani2024. The target speed is `gain` times `most`. Nearer than
-    `slow` it falls in proportion to the distance. Nearer than `stop` the vector is
-    zero, so that the boid drifts.
+    The rule is Algorithm 6 of rustamani2024. The target speed is `gain` times `most`.
+    At distances below `slow`, the target speed is reduced in proportion to the
+    distance. At distances below `stop`, the vector is zero, so that the boid drifts.
 
     Parameters
     ----------
     dx, dy : float
-        Way to the goal, in lengths.
+        Displacement to the goal, in lengths.
     vx, vy : float
         Velocity of the boid.
     stop : float
         Distance below which the rule is zero.
     slow : float
-        Distance below which the target speed falls.
+        Distance below which the target speed is reduced.
     most : float
-        Greatest speed.
+        Maximum speed.
     gain : float
-        Factor of the greatest speed.
+        Factor of the maximum speed.
     """
     distance = math.sqrt(dx * dx + dy * dy)
     scale = gain * most / max(distance, slow)

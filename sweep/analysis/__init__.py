@@ -1,33 +1,38 @@
 """Estimates with confidence intervals, contrasts, effect sizes and steady states.
 
-Every result has the number of values behind it. Trials that are not done take no part
-and are counted.
+Every result reports the number of values. Trials that are not done are left out and
+counted.
 
     mean_bounds       confidence interval of a mean for each distribution of values
-    estimate          a number with its confidence interval
-    notation          such a number as text
+    estimate          means and differences with confidence intervals
+    notation          numbers with confidence intervals as strings
+
     intervals         means and quantiles of tables, and the bootstrap
     resampling        bootstrap and jackknife
-    pairing           values that share randomness
-    pooling           trials of several points together
+    pairing           values that share random numbers
+    pooling           means over several points, by replicate
+
     contrasting       differences between groups
     effect_sizes      Hedges' g, Cliff's delta
     simultaneous      simultaneous confidence intervals and adjusted p-values
-    futures           predictive distributions of samples to come, from a pilot
+    futures           predictive distributions of future samples, from a pilot
+
     replication       number of values that a goal needs
-    sequential        tests that are repeated while trials are added
-    hysteresis        the loop between two directions
+    sequential        confidence intervals that are repeated while trials are added
+    hysteresis        hysteresis loop between two directions
+
     failure_response  performance after a failure, and time to recover
     series            burn-in, autocorrelation and drift of time series
     steady            means after the transient
     order             susceptibility and Binder cumulant
-    size_curves       crossings and peaks of the curves of several sizes
-    size_collapse     the exponents of finite-size scaling
-    fronts            Pareto fronts, their hypervolume and their knee
-    coexistence       transitions of first order and continuous ones
 
-A worker needs only `mean_bounds`, for what metrics declare of their values. Therefore
-the other modules, with pandas, are imported at the first use of a name.
+    size_curves       crossings and peaks of the curves of several sizes
+    size_collapse     exponents of finite-size scaling
+    fronts            Pareto fronts, hypervolume and knee
+    coexistence       transitions of first order and continuous transitions
+
+A worker needs only `mean_bounds`, for the declarations of metrics. Therefore modules
+with pandas are imported at the first use of a name.
 """
 
 import lazy_loader
@@ -100,4 +105,4 @@ __all__ = [
     "susceptibility_values",
     "undefined_shares",
     "units",
-]  # for users; the stub has also what other packages take
+]  # for users; the stub also lists names for other packages

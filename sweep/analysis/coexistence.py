@@ -1,6 +1,6 @@
-"""Order of a transition: two phases that coexist, or one that changes gradually.
+"""Order of a transition: coexistence of two phases, or a gradual change.
 
-At a transition of first order, a system has both phases at one value of the control
+At a transition of first order, a system has two phases at one value of the control
 parameter. The order parameter has two peaks, and Binder's cumulant falls below zero
 (Binder and Landau 1984, Phys. Rev. B 30, 1477-1485). At a continuous transition the
 cumulants of all sizes cross in one point, and the susceptibility grows with the size.
@@ -34,11 +34,11 @@ FEWEST_TRIALS = 6
 
 
 class BinderMinimum(NamedTuple):
-    """The smallest Binder cumulant of a system of `n` boids, at `x`, and its `sign`.
+    """The smallest Binder cumulant of a system of `n` boids, at `x`, and the `sign`.
 
-    `low` and `high` bound its confidence interval. The intervals of all values of the
-    control parameter are simultaneous. The sign is negative where an interval lies
-    below zero, and positive where all intervals lie above zero.
+    `low` and `high` bound the confidence interval of `value`. The intervals at all
+    values of the control parameter are simultaneous. The sign is negative if any
+    interval is below zero, and positive if all intervals are above zero.
     """
 
     n: int
@@ -71,10 +71,11 @@ def binder_minimum(curve: SizeCurve, confidence: float = CONFIDENCE) -> BinderMi
 class TwoPeaks(NamedTuple):
     """Test of two peaks in the order parameter of a system of `n` boids.
 
-    `p` is the p-value of one peak at every value of the control parameter. If the test
-    finds two peaks, they lie about the orders `low` and `high`, at the control
-    parameter `x`. Between them is a valley about `valley`. Otherwise these four are
-    NaN. `tested` is False for fewer than FEWEST_TRIALS trials per point.
+    `p` is the p-value of the hypothesis of one peak at every value of the control
+    parameter. If the test finds two peaks, the peaks are near the orders `low` and
+    `high`, at the control parameter `x`, with a valley near `valley`. Otherwise `x`,
+    `low`, `valley` and `high` are NaN. `tested` is False for fewer than FEWEST_TRIALS
+    trials per point.
     """
 
     n: int
@@ -93,7 +94,7 @@ class TwoPeaks(NamedTuple):
 class _Valley(NamedTuple):
     """A value of the control parameter, by index, and three bands of the order there.
 
-    The bands are those of the low peak, the valley and the high peak.
+    The bands contain the low peak, the valley and the high peak.
     """
 
     point: int
@@ -104,12 +105,12 @@ def two_peaks(curve: SizeCurve, confidence: float = CONFIDENCE) -> TwoPeaks:
     """Test whether the order parameter of one size has two peaks.
 
     Whole trials are the units. The range of the order is divided into twelve bands of
-    equal width. One half of the trials chooses a value of the control parameter and
-    three bands there: those for which the statistic of `_statistics` is largest. The
-    other half tests whether the middle band has fewer frames than either other one.
-    These are two one-sided Student tests on split data (Cox 1975, Biometrika 62,
-    441-444). Both must reject (Berger 1982, Technometrics 24, 295-300). The halves then
-    change roles, and p is twice the smaller p.
+    equal width. Half of the trials choose the value of the control parameter and the
+    three bands with the largest statistic of `_statistics`. The second half tests
+    whether the middle band has fewer frames than each outer band. The tests are two
+    one-sided Student tests on split data (Cox 1975, Biometrika 62, 441-444). The two
+    tests must both reject (Berger 1982, Technometrics 24, 295-300). The halves then
+    exchange roles, and the result is twice the smaller p-value.
     """
     if min(len(samples) for samples in curve.samples) < FEWEST_TRIALS:
         return TwoPeaks(curve.n, np.nan, False)
@@ -117,7 +118,7 @@ def two_peaks(curve: SizeCurve, confidence: float = CONFIDENCE) -> TwoPeaks:
     fractions = [_fractions(samples, edges) for samples in curve.samples]
     halves = [[trials[first::2] for trials in fractions] for first in (0, 1)]
     choices = [_choice(half) for half in halves]
-    # Each choice is tested with the half that did not make it.
+    # Each choice is tested with the half of the trials that did not choose.
     p = [_test(halves[1 - number], valley) for number, valley in enumerate(choices)]
     best = int(np.argmin(p))
     both = min(1.0, 2.0 * p[best])
@@ -146,7 +147,7 @@ def _fractions(samples: Floats, edges: Floats) -> Floats:
 def _statistics(fractions: Floats, triples: NDArray[np.int64]) -> Floats:
     """Return the smaller Student statistic of the two differences, peak - valley.
 
-    One value for each of the triples of bands (M, 3), shape (M,).
+    The result has a value for each triple of bands (M, 3), shape (M,).
     """
     least = np.full(len(triples), np.inf)
     middle = fractions[:, triples[:, 1]]
@@ -167,9 +168,9 @@ def _choice(points: Sequence[Floats]) -> _Valley:
 
 
 def _test(points: Sequence[Floats], valley: _Valley) -> float:
-    """Return the larger p of both one-sided tests of a valley.
+    """Return the larger p-value of the two one-sided tests of a valley.
 
-    The valley must come from other trials than these points.
+    The valley must not come from the trials of `points`.
     """
     from scipy.stats import t
 
@@ -179,7 +180,7 @@ def _test(points: Sequence[Floats], valley: _Valley) -> float:
 
 
 class TransitionOrder(NamedTuple):
-    """The order of a transition as far as some sizes show it, and `why` in words."""
+    """The order of a transition, estimated from several sizes, and the reason `why`."""
 
     order: Order
     why: str
@@ -203,37 +204,40 @@ def transition_order(
         cumulant is negative.
         "continuous": no size has two peaks, and all cumulants are significantly
         positive. Curves of cumulants cross, and the peak of the susceptibility of the
-        largest system is significantly higher than that of the smallest.
+        largest system is significantly higher than the peak of the smallest.
         "not decided": otherwise.
 
     Notes
     -----
-    Tests of which one is enough are a family (Bonferroni). Such families are the two
-    tests of first order, and the crossings of all pairs of neighbouring sizes. Tests
-    all of which must agree need no correction (Berger 1982, Technometrics 24, 295-300).
+    If one significant test of several is enough, the tests are corrected as a family
+    (Bonferroni). The families are the two tests of first order, and the crossings of
+    all pairs of neighbouring sizes. Tests that must all agree need no correction
+    (Berger 1982, Technometrics 24, 295-300).
     """
     each = simultaneous_confidence(2, confidence)
     peaks = [two_peaks(curve, each) for curve in curves]
     minima = [binder_minimum(curve, each) for curve in curves]
     if peaks[-1].significant(each):
-        return TransitionOrder("first order", "the order of the largest has two peaks")
+        return TransitionOrder(
+            "first order", "the order of the largest size has two peaks"
+        )
     if minima[-1].sign == "negative":
         return TransitionOrder("first order", "Binder's cumulant falls below zero")
     lacking = []
     if any(test.significant(each) for test in peaks):
         lacking.append("the order of a smaller size has two peaks")
     if not all(test.tested for test in peaks):
-        lacking.append(f"fewer than {FEWEST_TRIALS} trials a point")
+        lacking.append(f"fewer than {FEWEST_TRIALS} trials per point")
     if any(minimum.sign != "positive" for minimum in minima):
-        lacking.append("not all cumulants are surely positive")
+        lacking.append("not all cumulants are significantly positive")
     pairs = simultaneous_confidence(len(curves) - 1, confidence)
     if not binder_crossings(curves, pairs):
-        lacking.append("no cumulants cross, all pairs of sizes together")
+        lacking.append("no cumulants cross, simultaneously for all pairs of sizes")
     smallest, largest = (
         susceptibility_peak(curve, confidence) for curve in (curves[0], curves[-1])
     )
     if not largest.height_low > smallest.height_high:
-        lacking.append("the susceptibility does not surely grow with the size")
+        lacking.append("the susceptibility does not grow significantly with the size")
     if lacking:
         return TransitionOrder("not decided", "; ".join(lacking))
     return TransitionOrder(

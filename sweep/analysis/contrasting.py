@@ -2,8 +2,8 @@
 
 With common random numbers the variance of the difference is var(first) + var(second) -
 2 cov(first, second) (Law 2015, Simulation Modeling and Analysis, section 11.2).
-Therefore two selections with the same initial conditions differ less by chance than
-independent ones. Each contrast has whether it is paired, and the reduction of variance.
+Therefore two selections with equal initial conditions differ less by chance than
+independent selections. Each contrast reports the pairing and the variance reduction.
 """
 
 from collections.abc import Mapping, Sequence
@@ -31,11 +31,11 @@ Together = Literal["holm", "bonferroni", "sidak", "max_t"]
 
 
 class TrialTables(Protocol):
-    """A stored study, as far as a contrast needs it."""
+    """The part of a stored study that a contrast needs."""
 
     @property
     def trials(self) -> pd.DataFrame:
-        """The trials, one row per trial."""
+        """The table of trials."""
 
     @property
     def varied(self) -> list[str]:
@@ -97,10 +97,10 @@ class Contrast:
     def variance_reduction(self) -> float:
         """Ratio of variances without and with pairing, var(unpaired)/var(paired).
 
-        Independent groups need so many times as many trials for the same error. For
-        equal variances it is 1/(1 - correlation). Infinite if all differences are
-        equal, below 1 for a negative correlation, and NaN if not paired or for fewer
-        than 2 pairs.
+        Independent groups need this many times more trials for an equal error. For
+        equal variances the ratio is 1/(1 - correlation). The ratio is infinite if all
+        differences are equal, below 1 for a negative correlation, and NaN if not paired
+        or for fewer than 2 pairs.
         """
         if not self.paired or len(self.a) < 2:
             return np.nan
@@ -112,9 +112,9 @@ class Contrast:
     def interval(self, confidence: float = CONFIDENCE) -> tuple[float, float]:
         """Return the bounds of the confidence interval of the difference.
 
-        It is that of the distribution of the values, see `MeanEstimate`. Normal values
-        have Student's interval of the mean difference if paired, else Welch's. NaN if
-        unknown, such as for constant samples.
+        The distribution of the values determines the interval, see `MeanEstimate`.
+        Normal values have Student's interval of the mean difference if paired, else
+        Welch's. The bounds are NaN if unknown, for example for constant samples.
         """
         return (
             self.estimate.interval(confidence)
@@ -123,7 +123,7 @@ class Contrast:
         )
 
     def p_value(self) -> float:
-        """Return the two-sided p-value of no difference, by the same distribution.
+        """Return the two-sided p-value of no difference, by the declared distribution.
 
         NaN if unknown. `contrasts` adjusts p-values of several contrasts.
         """
@@ -145,8 +145,8 @@ class Family(NamedTuple):
 class Equivalence(NamedTuple):
     """Two one-sided tests of equivalence.
 
-    `p` is the larger of both p-values. `low` and `high` bound the confidence interval
-    at 1 - 2 `level`. `equivalent` is True if p is below `level`.
+    `p` is the larger of the two p-values. `low` and `high` bound the confidence
+    interval at 1 - 2 `level`. `equivalent` is True if p is below `level`.
     """
 
     p: float
@@ -161,7 +161,7 @@ def compare(a: Units, b: Units, distribution: Declared = "normal") -> Contrast:
     Parameters
     ----------
     a, b : Units
-        Paired if each unit has its partner, else taken as independent samples.
+        Paired if each unit has a partner, else treated as independent samples.
     distribution : Declared, default "normal"
         Distribution of the values.
 
@@ -212,7 +212,7 @@ def paired_contrast(
     Parameters
     ----------
     a, b : Series
-        The index pairs them. A pair that lacks a value does not count.
+        Values with equal index are pairs. A pair that lacks a value does not count.
     left_out : int, default 0
         Number of trials without a result.
     distribution : Declared, default "normal"
@@ -225,12 +225,11 @@ def paired_contrast(
     Raises
     ------
     ValueError
-        If an index has an entry twice.
+        If an index has a duplicate entry.
     """
     if not (a.index.is_unique and b.index.is_unique):
         raise ValueError(
-            "values cannot be paired:"
-            " several have the same seed, replicate and settings"
+            "values cannot be paired: several have equal seed, replicate and parameters"
         )
     partners = b.index.get_indexer(a.index)
     first, column = (np.asarray(side, np.float64) for side in (a, b))
@@ -257,22 +256,22 @@ def contrast(
 
     Trials are paired by seed, replicate and the varied parameters that neither group
     names. This needs common random numbers for the initial conditions (the spec's
-    `streams: {start: common}`) and the same keys in both groups. Otherwise the groups
-    are taken as independent samples.
+    `streams: {start: common}`) and equal keys in the two groups. Otherwise the groups
+    are treated as independent samples.
 
     Parameters
     ----------
     source : study or DataFrame
-        A stored study, or its trials. A DataFrame is taken to have normal values, and
-        to vary in the named parameters only.
+        A stored study, or a table of trials. In a DataFrame, values are assumed to be
+        normal, and only the named parameters to vary.
     metric : str
         Column of the trials.
     a, b : mapping
         Parameter values of each group, such as `{"separation_weight": 2}`. The sign of
-        the difference is that of `sweep compare A B`.
+        the difference is as in `sweep compare A B`.
     unit : {"trial", "point", "replicate"}, optional
-        The independent values if a group has several points: trials, the means of
-        points or those of replicates. Use "replicate" with common random numbers.
+        The independent values if a group has several points: trials, means of points or
+        means of replicates. Use "replicate" with common random numbers.
 
     Returns
     -------
@@ -293,7 +292,8 @@ def contrast(
             raise ValueError(f"no trial has {_words(settings)}")
     if set(sides[0]["trial_id"]) & set(sides[1]["trial_id"]):
         raise ValueError(
-            f"{_words(a)} and {_words(b)} share trials; a contrast needs two apart"
+            f"{_words(a)} and {_words(b)} share trials;"
+            " a contrast needs two groups without common trials"
         )
     free = [name for name in varied if name not in {*a, *b}]
     units_a, units_b = (_units(side, metric, unit, free) for side in sides)
@@ -312,12 +312,12 @@ def contrasts(
 ) -> pd.DataFrame:
     """Contrast every value of a parameter with a reference value, value - reference.
 
-    `contrast` describes how trials are paired, and the errors.
+    `contrast` describes the pairing of trials, and the errors.
 
     Parameters
     ----------
     source : study or DataFrame
-        A stored study, or its trials.
+        A stored study, or a table of trials.
     metric : str
         Column of the trials.
     by : str
@@ -325,7 +325,7 @@ def contrasts(
     reference : object
         Value of `by` that is subtracted.
     settings : mapping, optional
-        Values of other parameters that all trials have.
+        Values of further parameters, common to all trials.
     unit : {"trial", "point", "replicate"}, optional
         The independent values if several points remain.
     confidence : float, default 0.95
@@ -336,7 +336,7 @@ def contrasts(
     Returns
     -------
     DataFrame
-        One row per value, with columns `by`, difference, low, high, p, paired, n,
+        A row per value, with columns `by`, difference, low, high, p, paired, n,
         correlation, variance_reduction and left_out. `n` counts pairs, or the values
         that are compared with the reference.
     """
@@ -349,7 +349,7 @@ def contrasts(
         if not agrees([value], reference)[0]
     ]
     if not values:
-        raise ValueError(f"no trial has another {by} than {reference}")
+        raise ValueError(f"no trial has a value of {by} other than {reference}")
     sides = [
         contrast(
             source, metric, a=same | {by: reference}, b=same | {by: value}, unit=unit
@@ -383,14 +383,15 @@ def jointly(
 ) -> Family:
     """Return contrasts with simultaneous confidence intervals and adjusted p-values.
 
-    "bonferroni" and "sidak" correct intervals and p-values in the same way. "holm" has
-    Bonferroni's intervals and Holm's p-values. These are never larger, so a p-value may
-    be small although its interval includes zero. "max_t" takes both from one bootstrap
-    of whole replicates. It needs paired contrasts, and leaves replicates that lack a
-    trial out of all. `sweep.analysis.simultaneous` describes when each is valid.
+    "bonferroni" and "sidak" correct intervals and p-values. "holm" combines
+    Bonferroni's intervals with Holm's p-values. Holm's p-values are never larger than
+    Bonferroni's, so a p-value may be small although the interval includes zero. "max_t"
+    computes intervals and p-values from one bootstrap of whole replicates. "max_t"
+    needs paired contrasts, and leaves replicates that lack a trial out of all
+    contrasts. `sweep.analysis.simultaneous` describes when each correction is valid.
 
-    A contrast of fewer than two values is no test. Neither is one of constant samples,
-    unless these have a range or are of events, and nothing is resampled.
+    A contrast of fewer than two values is not a test. A contrast of constant samples is
+    a test only if the values have a range or are events, and never with "max_t".
 
     Parameters
     ----------
@@ -433,12 +434,13 @@ def jointly(
 def equivalence(
     estimate: MeanEstimate, low: float, high: float, level: float = 0.05
 ) -> Equivalence:
-    """Test whether an estimate lies between two margins of equivalence.
+    """Test whether an estimate is between two margins of equivalence.
 
     Two one-sided tests (Schuirmann 1987, J. Pharmacokin. Biopharm. 15, 657-680): an
-    estimate is equivalent if both reject at `level`. A true value on or beyond a margin
-    does so with at most that probability, if the interval of the estimate is valid.
-    An estimate that is not equivalent need not differ.
+    estimate is equivalent if the two tests reject at `level`. For a true value on or
+    beyond a margin, the probability of a result "equivalent" is at most `level`, if the
+    interval of the estimate is valid. An estimate that is not equivalent need not
+    differ.
 
     Parameters
     ----------
@@ -460,7 +462,7 @@ def equivalence(
     """
     if not low < high:
         raise ValueError(
-            f"margins: {low} to {high}; the first must lie below the second"
+            f"margins: {low} to {high}; the first must be below the second"
         )
     if not estimate.testable:
         return Equivalence(np.nan, np.nan, np.nan, False)
@@ -469,14 +471,14 @@ def equivalence(
 
 
 def _common(sides: Sequence[Contrast]) -> list[Contrast]:
-    """Return the contrasts of the pairs that all of them have.
+    """Return the contrasts of the pairs that all contrasts have.
 
-    Raises ValueError if one is not paired.
+    Raises ValueError if a contrast is not paired.
     """
     if not all(side.paired for side in sides):
         raise ValueError(
             "max_t resamples whole replicates:"
-            " every value needs a trial of each, started in common"
+            " every value needs a trial of each replicate, with a common start stream"
         )
     tables = [
         pd.DataFrame({"a": side.a, "b": side.b}, index=side.pairs) for side in sides
@@ -492,7 +494,7 @@ def _common(sides: Sequence[Contrast]) -> list[Contrast]:
 
 
 def _contrast_of_pairs(side: Contrast, table: pd.DataFrame) -> Contrast:
-    """Return the contrast of some pairs of another one, with the same support."""
+    """Return the contrast of some pairs of a contrast, with unchanged support."""
     distribution = side.estimate.distribution
     fewer = paired_contrast(table["a"], table["b"], side.left_out, distribution)
     estimate = replace(fewer.estimate, support=side.estimate.support)
@@ -505,16 +507,15 @@ def _units(
     points = trials["point"].nunique()
     if points > 1 and unit not in get_args(Unit):
         raise ValueError(
-            f'{points:,} points are left on one side: "unit" must say what counts as'
-            " one independent value "
-            f"({', '.join(get_args(Unit))}), or more settings be named"
+            f'{points:,} points are left on one side; "unit" must name the independent'
+            " values "
+            f"({', '.join(get_args(Unit))}), or the sides must name more parameters"
         )
     values = trials[metric].astype(np.float64).where(trials["status"] == "done")
     independent = units(trials, values, unit or "trial", free)
     if points > 1 and not independent.values.index.is_unique:
         raise ValueError(
-            "trials of the same seed and replicate differ in settings that are not"
-            " named"
+            "trials of equal seed and replicate differ in parameters that are not named"
         )
     return independent
 
@@ -537,5 +538,5 @@ def _check_column(trials: pd.DataFrame, name: str) -> None:
 def _words(settings: Mapping[str, Any]) -> str:
     return (
         ", ".join(f"{name} = {value}" for name, value in settings.items())
-        or "no setting"
+        or "no parameters"
     )

@@ -12,7 +12,7 @@ Floats = NDArray[np.float64]
 
 
 class EffectSize(NamedTuple):
-    """An effect size and the bounds of its confidence interval."""
+    """An effect size and the bounds of the confidence interval."""
 
     value: float
     low: float
@@ -31,17 +31,18 @@ def hedges_g(
 ) -> EffectSize:
     """Return Hedges' g: the difference of means, b - a, in standard deviations.
 
-    The unit is the root of the mean of both variances, so that variances may differ. It
-    is the same for pairs: common random numbers narrow the interval and do not change
-    the effect. The correction for bias is Hedges' (1981, J. Educ. Stat. 6, 107-128)
-    with the degrees of freedom of the mean variance. The confidence interval is that of
-    Bonett (2008, Psychol. Methods 13, 99-109). Valid for more than about ten values
-    that are about normal.
+    The unit is the square root of the mean of the two variances, so the variances may
+    differ. Pairs have an equal unit: common random numbers narrow the interval and do
+    not change the effect. The bias correction is Hedges' (1981, J. Educ. Stat. 6,
+    107-128), with the degrees of freedom of the mean variance. The confidence interval
+    is Bonett's (2008, Psychol. Methods 13, 99-109). The interval is valid for more than
+    about ten values that are about normal.
 
     Parameters
     ----------
     a, b : array_like
-        Independent values, (n,) and (m,). NaN does not count, nor does its partner.
+        Independent values, (n,) and (m,). NaN does not count; in pairs, neither does
+        the partner of a NaN.
     confidence : float, default 0.95
     paired : bool, default False
         True if values at equal indices are pairs.
@@ -54,7 +55,7 @@ def hedges_g(
     Raises
     ------
     ValueError
-        If pairs have two lengths.
+        If the lengths of paired values differ.
     """
     first, second = _sides(a, b, paired)
     if min(len(first), len(second)) < 3:
@@ -81,11 +82,11 @@ def superiority(
 ) -> EffectSize:
     """Return the probability that a value of b is larger than a value of a.
 
-    Ties count half, so 0.5 is no effect. Nothing is assumed of the distributions. The
-    confidence interval is Newcombe's method 5 (2006, Stat. Med. 25, 559-573). It stays
-    within 0 and 1, and has a width even if all values of one side are larger. It is
-    too wide rather than too narrow for pairs with common random numbers, and for many
-    ties.
+    Ties count half, so 0.5 means no effect. The distributions are arbitrary. The
+    confidence interval is Newcombe's method 5 (2006, Stat. Med. 25, 559-573). The
+    interval stays within 0 and 1, and has a positive width even if all values of one
+    side are larger. For pairs with common random numbers, and for many ties, the
+    interval is too wide rather than too narrow.
 
     Parameters
     ----------
@@ -117,8 +118,8 @@ def cliffs_delta(
 ) -> EffectSize:
     """Return Cliff's delta: P(b > a) - P(b < a), from -1 to 1.
 
-    Cliff (1993, Psychol. Bull. 114, 494-509). The value and its confidence interval are
-    2 `superiority` - 1, with the same limits.
+    Cliff (1993, Psychol. Bull. 114, 494-509). The value and the confidence interval are
+    2 `superiority` - 1, with equal limitations.
 
     Parameters
     ----------
@@ -135,9 +136,10 @@ def cliffs_delta(
 
 
 def _score_bound(value: float, n: int, m: int, confidence: float) -> float:
-    """Return the largest probability that `value` does not reject, by its error there.
+    """Return the largest probability that `value` does not reject.
 
-    `n` and `m` are the numbers of values on either side.
+    The standard error is computed at the tested probability. `n` and `m` are the
+    numbers of values on either side.
     """
     from scipy.optimize import brentq
 
@@ -162,15 +164,18 @@ def _correction(freedom: float) -> float:
 
 
 def _sides(a: ArrayLike, b: ArrayLike, paired: bool) -> tuple[Floats, Floats]:
-    """Return both sides without NaN, or without incomplete pairs.
+    """Return the two sides without NaN, or without incomplete pairs.
 
-    Raises ValueError for pairs of two lengths.
+    Raises ValueError for pairs of unequal lengths.
     """
     first = np.asarray(a, np.float64)
     second = np.asarray(b, np.float64)
     if not paired:
         return first[~np.isnan(first)], second[~np.isnan(second)]
     if first.shape != second.shape:
-        raise ValueError(f"{len(first)} and {len(second)} values are no pairs")
+        raise ValueError(
+            f"{len(first)} and {len(second)} values cannot be paired;"
+            " pairs need equal lengths"
+        )
     complete = ~(np.isnan(first) | np.isnan(second))
     return first[complete], second[complete]

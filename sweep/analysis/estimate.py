@@ -1,4 +1,4 @@
-"""Means, differences and rank correlations with their confidence intervals."""
+"""Means, differences and rank correlations with confidence intervals."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -26,11 +26,11 @@ from sweep.analysis.mean_bounds import (
 Floats = NDArray[np.float64]
 
 CONFIDENCE = 0.95
-"""Default confidence of an interval."""
+"""Default confidence level of an interval."""
 
 
 class Sample(NamedTuple):
-    """The moments of one sample, as `Samples` has them of k samples.
+    """The moments of a single sample; `Samples` has the moments of k samples.
 
     The skewness is 0 for fewer than three values.
     """
@@ -48,15 +48,16 @@ class Sample(NamedTuple):
 
 @dataclass(frozen=True)
 class MeanEstimate:
-    """The mean of one sample, or the mean of a first sample minus that of a second one.
+    """The mean of a sample, or the mean of a first sample minus the mean of a second.
 
-    Confidence intervals and tests are those of the distribution of the values, see
-    `sweep.analysis.mean_bounds`. Normal values have Student's and Welch's. These fail
-    for few values of a skewed distribution, and for a skewed sample against a narrow
-    one. The difference of other values has the interval of Zou and Donner (2008, Stat.
-    Med. 27, 1693-1702; Newcombe's for two proportions). It adds up the squares of the
-    distances of the bounds of either mean from that mean. Its p is the level at which
-    the interval just excludes the tested value.
+    The distribution of the values determines confidence intervals and tests, see
+    `sweep.analysis.mean_bounds`. Normal values have Student's and Welch's intervals.
+    Student's and Welch's intervals fail for few values of a skewed distribution, and
+    for a skewed sample compared with a narrow sample. For differences of values that
+    are not normal the interval is Zou and Donner's (2008, Stat. Med. 27, 1693-1702;
+    Newcombe's for two proportions). This interval adds up the squared distances of each
+    mean from the bounds of that mean. The p-value is the level at which the interval
+    just excludes the tested value.
 
     Attributes
     ----------
@@ -64,12 +65,12 @@ class MeanEstimate:
         One sample, or two.
     distribution : Distribution, default "normal"
     correlation : float or None
-        Correlation between both samples; None if they are independent. Correlated
-        samples have the wider of this interval and Student's of the differences: few
-        pairs of one sign have little information.
+        Correlation of the two samples; None if the samples are independent. Correlated
+        samples have the wider of this interval and Student's interval of the
+        differences, because few pairs of one sign have little information.
     support : Support
-        Range of the mean, or of the difference. Intervals end there, and the p-value of
-        a true value outside is zero.
+        Range of the mean, or of the difference. Intervals are cut off at the ends of
+        the range, and the p-value of a true value outside is zero.
     """
 
     samples: tuple[Sample, ...]
@@ -87,7 +88,7 @@ class MeanEstimate:
     def constant(self) -> bool:
         """True if all values of a sample but at most one are equal.
 
-        Such a sample does not show how much its values vary.
+        A constant sample does not show how much values vary.
         """
         return any(bool(_as_arrays(sample).constant) for sample in self.samples)
 
@@ -95,7 +96,8 @@ class MeanEstimate:
     def testable(self) -> bool:
         """True if there is a confidence interval.
 
-        Every sample has two values, and a constant one has a range or is of events.
+        Every sample needs two values. A constant sample also needs a bounded range or
+        values that are events.
         """
         known = all(bool(_as_arrays(sample).bounded) for sample in self.samples)
         return min(sample.n for sample in self.samples) > 1 and (
@@ -111,9 +113,10 @@ class MeanEstimate:
         ----------
         confidence : float, default 0.95
         published : int, optional
-            Number of trials behind a published mean. The interval then is that of the
-            difference from such a mean, whose trials are taken to vary as the present
-            ones. It includes the error of both, so it may reach beyond the support.
+            Number of trials of a published mean. The interval is then for the
+            difference from the published mean, under the assumption that published and
+            present trials have equal variance. The interval includes the errors of the
+            two means, so it may extend beyond the support.
 
         Returns
         -------
@@ -152,9 +155,10 @@ class MeanEstimate:
     def error(self, published: int | None = None) -> tuple[float, float]:
         """Return the standard error and its degrees of freedom.
 
-        Two samples have Welch's degrees of freedom (1947, Biometrika 34, 28-35). They
-        are infinite if no value differs from another, for then the error is zero.
-        `published` is the number of trials of a published mean, see `interval`.
+        Two samples have Welch's degrees of freedom (1947, Biometrika 34, 28-35). The
+        degrees of freedom are infinite if the values within each sample are equal,
+        because the error is then zero. `published` is the number of trials of a
+        published mean, see `interval`.
         """
         extra = 1.0 / published if published else 0.0
         parts = [sample.variance * (1.0 / sample.n + extra) for sample in self.samples]
@@ -167,21 +171,21 @@ class MeanEstimate:
         return math.sqrt(sum(parts)), sum(parts) ** 2 / spread
 
     def tail(self, bound: float, *, above: bool) -> float:
-        """Return the one-sided p-value of the estimate if the true value were a bound.
+        """Return the one-sided p-value of the hypothesis of a true value of `bound`.
 
         Parameters
         ----------
         bound : float
             True value under the hypothesis.
         above : bool
-            True to test for a larger value than `bound`, False for a smaller one.
+            True to test for a larger value than `bound`, False for a smaller value.
 
         Returns
         -------
         float
-            Student's for normal values, at least LEAST_P for others. Zero if the
-            hypothesis is outside the support: with `above`, if `bound` is below it,
-            else if `bound` is above it.
+            Student's for normal values; at least LEAST_P for all further distributions.
+            Zero if the hypothesis is outside the support: with `above`, if `bound` is
+            below the support, else if `bound` is above the support.
         """
         from scipy.stats import t
 
@@ -204,17 +208,18 @@ class MeanEstimate:
         )
 
     def p_value(self) -> float:
-        """Return the two-sided p-value of a true value of zero.
+        """Return the two-sided p-value for a true value of zero.
 
-        Student's for normal values, Welch's for two samples of them, and by the
-        confidence interval for other distributions. NaN if not testable.
+        The test is Student's for normal values and Welch's for two normal samples. For
+        all further distributions the confidence interval determines the p-value. NaN if
+        not testable.
         """
         if not self.testable:
             return np.nan
         return min(1.0, 2.0 * self.tail(0.0, above=self.value > 0.0))
 
     def _bounds(self, tail: Floats, published: int | None = None) -> Bounds:
-        """Return the two bounds, each missed with probability `tail`, in its shape."""
+        """Return the bounds, each missed with probability `tail`, in its shape."""
         samples = [_as_arrays(sample) for sample in self.samples]
         if len(samples) == 1 and published is None:
             below, above = _arms(samples[0], self.distribution, tail)
@@ -223,7 +228,7 @@ class MeanEstimate:
         if published is not None:
             for index, sample in enumerate(samples):
                 down, up = _arms(sample, self.distribution, tail)
-                # A published mean that lies too high makes ours seem too low.
+                # A published mean that is too high makes the difference too low.
                 swapped = (up, down) if index == 0 else (down, up)
                 for side, arm in enumerate(swapped):
                     squares[side] += _squared(arm) * sample.n / published
@@ -238,7 +243,7 @@ def _as_arrays(sample: Sample) -> Samples:
 ENDLESS = 1e150
 """Length from which an arm counts as infinite.
 
-The arm of two skewed values grows like the exponential of Student's quantile, and its
+The arm of two skewed values grows like the exponential of Student's quantile, and the
 square would overflow.
 """
 
@@ -249,18 +254,18 @@ def squared_arms(
     tail: Floats,
     correlation: ArrayLike | None = None,
 ) -> tuple[Floats, Floats]:
-    """Return the squared distances of both bounds from the value of `MeanEstimate`.
+    """Return the squared distances of the two bounds from the value of `MeanEstimate`.
 
     Parameters
     ----------
     samples : sequence of Samples
-        One or two, for k estimates at once, (k,) each. The value is the first mean
-        minus the second one.
+        One sample or two, for k estimates at once, (k,) each. The value is the first
+        mean minus the second.
     distribution : Distribution
     tail : array
         Probability with which each bound is missed.
     correlation : array_like, optional
-        Correlation between both samples; None if they are independent.
+        Correlation of the two samples; None if the samples are independent.
 
     Returns
     -------
@@ -285,7 +290,8 @@ def _squared(
 ) -> Floats:
     """Return the square of the combined length of two arms.
 
-    `common` is the correlation of their means. Infinite if an arm is beyond ENDLESS.
+    `common` is the correlation of the means. The result is infinite if an arm is beyond
+    ENDLESS.
     """
     endless = np.maximum(arm, other) > ENDLESS
     first, second = (np.where(endless, 0.0, length) for length in (arm, other))
@@ -322,7 +328,8 @@ TAILS = 64
 def _crossing(excess: Callable[[Floats], Floats]) -> float:
     """Return the probability at which a growing function turns positive.
 
-    It lies between LEAST_P and 0.5; 0.5 if `excess` does not turn positive.
+    The probability is between LEAST_P and 0.5, and 0.5 if `excess` does not turn
+    positive.
     """
     low = LEAST_P
     high = 0.5
@@ -341,7 +348,7 @@ def _crossing(excess: Callable[[Floats], Floats]) -> float:
 
 @dataclass(frozen=True)
 class RankEstimate:
-    """Spearman's rank correlation of `n` pairs; NaN if one side does not vary."""
+    """Spearman's rank correlation of `n` pairs; NaN if a side does not vary."""
 
     value: float
     n: int
@@ -356,9 +363,9 @@ class RankEstimate:
     ) -> tuple[float, float]:
         """Return the bounds of the confidence interval.
 
-        Fisher's z with the variance of Bonett and Wright (2000, Psychometrika 65,
-        23-28). A perfect correlation has no finite z, so it counts as half a step of
-        the statistic below one.
+        The interval is Fisher's z with the variance of Bonett and Wright (2000,
+        Psychometrika 65, 23-28). A perfect correlation has no finite z, so the
+        correlation is limited to half a step of the statistic below 1.
 
         Parameters
         ----------
@@ -399,8 +406,8 @@ def mean_estimate(
 ) -> MeanEstimate:
     """Estimate a mean, or the difference of two means.
 
-    `values` are one array of independent values, or two, a and b, whose difference is
-    b - a. NaN does not count.
+    `values` are an array of independent values, or two arrays a and b for the
+    difference b - a. NaN does not count.
     """
     known = [array[~np.isnan(array)] for array in reversed(values)]
     of, support = _declared(distribution, known)
@@ -418,8 +425,9 @@ def paired_estimate(
 ) -> MeanEstimate:
     """Estimate the mean of the differences within pairs, b - a.
 
-    The differences of events are split into gains and losses. Both are events again, so
-    that pairs without any difference have a confidence interval with a width.
+    The differences of events are split into gains and losses. Gains and losses are
+    events again, so the confidence interval has a positive width even if no pair
+    differs.
 
     Parameters
     ----------
@@ -450,7 +458,7 @@ def _declared(
 ) -> tuple[Distribution, Support]:
     """Return the distribution and the support of values.
 
-    The support is ANYWHERE if some values do not lie in the declared one.
+    The support is ANYWHERE if any value is outside the declared support.
     """
     of, support = in_full(declared)
     known = np.concatenate(samples)
@@ -513,7 +521,7 @@ def rank_estimate(a: NDArray[np.float64], b: NDArray[np.float64]) -> RankEstimat
 def student_quantile(probability: float, freedom: float) -> float:
     """Return a quantile of Student's distribution.
 
-    `freedom` are the degrees of freedom, which may be infinite.
+    `freedom` is the number of degrees of freedom, which may be infinite.
     """
     from scipy.stats import t
 

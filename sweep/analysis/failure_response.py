@@ -1,6 +1,6 @@
 """Resilience of a swarm to a failure: retained performance and time to recover.
 
-The terms are those of resilience engineering: M. Bruneau et al. (2003), A framework to
+The terms come from resilience engineering: M. Bruneau et al. (2003), A framework to
 quantitatively assess and enhance the seismic resilience of communities, Earthquake
 Spectra 19, 733.
 """
@@ -16,10 +16,10 @@ Floats = NDArray[np.float64]
 
 
 class Recovery(NamedTuple):
-    """Recovery of one trial with a failure, compared with its partner without one.
+    """Recovery of a trial with a failure, relative to the paired trial without failure.
 
-    `retained` is the fraction of the level. `time` is the time from the failure until
-    the level is reached again, NaN if it is not reached.
+    `retained` is the retained fraction of the level. `time` is the time from the
+    failure until the level is reached again, or NaN if the level is not reached.
     """
 
     retained: float
@@ -27,10 +27,11 @@ class Recovery(NamedTuple):
 
 
 class Resilience(NamedTuple):
-    """Means over several pairs of trials, each with its confidence interval.
+    """Means over several pairs of trials, with confidence intervals.
 
     `retained` is the mean fraction of the level, `recovered` the proportion of pairs
-    that reached the level again, and `time` their mean time to recover.
+    that reached the level again, and `time` the mean time to recover in the recovered
+    pairs.
     """
 
     retained: Interval
@@ -44,13 +45,13 @@ def recovery(
     """Return how a metric recovers from a failure.
 
     The level is the mean metric without a failure, over the frames after the failure.
-    It is reached again at the first frame from which all values stay within a fraction
-    of the level.
+    The level is reached again at the first frame from which all values stay within a
+    fraction of the level.
 
     Parameters
     ----------
     times : array
-        Times of the frames of both trials, (F,), ascending.
+        Times of the frames of the two trials, (F,), ascending.
     intact : array
         Metric of the trial without a failure, (F,).
     failing : array
@@ -58,15 +59,15 @@ def recovery(
     at : float
         Time of the failure, in the unit of `times`.
     within : float
-        Fraction of the level by which a value may differ from it.
+        Largest allowed difference from the level, as a fraction of the level.
 
     Returns
     -------
     Recovery
-        `retained` is the mean of `failing` after the failure, divided by the level. It
-        is NaN without a frame after the failure, if a value of `failing` after it is
-        NaN, and if the level is 0 or not finite. `time` is 0 if the level was never
-        left.
+        `retained` is the mean of `failing` after the failure, divided by the level.
+        `retained` is NaN without a frame after the failure, if a value of `failing`
+        after the failure is NaN, and if the level is 0 or not finite. `time` is 0 if
+        the level was never left.
     """
     after = times > at
     level = intact[after].mean() if after.any() else np.nan
@@ -84,8 +85,8 @@ def recovery(
 def resilience(pairs: list[Recovery]) -> Resilience:
     """Return means over independent pairs, with 95 % confidence intervals.
 
-    The intervals are those of skewed values, and of a proportion for `recovered`. Pairs
-    whose `retained` is NaN do not count.
+    The intervals are for skewed values, and for a proportion in `recovered`. Pairs with
+    NaN in `retained` do not count.
     """
     known = np.array([pair for pair in pairs if np.isfinite(pair.retained)]).reshape(
         -1, 2

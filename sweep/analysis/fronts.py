@@ -11,17 +11,17 @@ Floats = NDArray[np.float64]
 MARGIN = 0.1
 """Distance of the reference point for thinning, beyond the worst values.
 
-The unit is the range of each objective. Without it the ends of a front would add
-nothing.
+The unit is the range of each objective. Without a margin the ends of a front would add
+no volume.
 """
 ROUNDING = 1e-9
 """Distance, in ranges of the front, below which a distance counts as zero."""
 
 
 def nondominated(values: Floats, maximize: Sequence[bool]) -> NDArray[np.bool_]:
-    """Return which rows of `values` (k, m) no other row dominates, shape (k,).
+    """Return which rows of `values` (k, m) are not dominated, shape (k,).
 
-    Equal rows are all on the front, rows with NaN never.
+    Equal rows are all on the front. Rows with NaN are never on the front.
     """
     from moocore import is_nondominated
 
@@ -37,7 +37,7 @@ def nondominated(values: Floats, maximize: Sequence[bool]) -> NDArray[np.bool_]:
 def hypervolume(values: Floats, reference: Floats, maximize: Sequence[bool]) -> float:
     """Return the volume between the rows of `values` and a reference point.
 
-    The volume is dominated by rows and better than the reference in all objectives. Its
+    The volume is dominated by rows and better than the reference in all objectives. The
     unit is the product of the units of the objectives.
 
     Parameters
@@ -68,10 +68,11 @@ def hypervolume(values: Floats, reference: Floats, maximize: Sequence[bool]) -> 
 def thinned(
     values: Floats, maximize: Sequence[bool], worst: Floats, most: int
 ) -> list[int]:
-    """Return the rows of a front that remain after thinning, in their order.
+    """Return the rows of a front that remain after thinning, in the given order.
 
-    The row that adds least to the hypervolume is removed, and of equal ones the last,
-    until few enough are left (Emmerich, Beume and Naujoks 2005, EMO, 62-76).
+    The row that adds least to the hypervolume is removed, until at most `most` rows are
+    left (Emmerich, Beume and Naujoks 2005, EMO, 62-76). Among equal contributions the
+    last row is removed.
 
     Parameters
     ----------
@@ -80,8 +81,8 @@ def thinned(
     maximize : sequence of bool
         Direction of each objective.
     worst : array of float
-        Worst values, shape (m,). The reference point is beyond them, by a tenth of the
-        range of each objective.
+        Worst values, shape (m,). The reference point is beyond the worst values, by a
+        tenth of the range of each objective.
     most : int
         Largest number of rows that remain.
     """
@@ -99,17 +100,17 @@ def thinned(
 
 
 def knee(values: Floats, maximize: Sequence[bool]) -> int | None:
-    """Return the row of a front that is farthest below the hyperplane of its extremes.
+    """Return the row of a front that is farthest below the hyperplane of the extremes.
 
-    Objectives are scaled to the range of the front. The extreme point of each axis is
-    the one whose other objectives are best, in the worst of them (Das 1999, Structural
-    Optimization 18, 107-115; for three objectives and more with the extreme points of
-    Deb and Jain 2014, IEEE Trans. Evol. Comput. 18, 577-601, since there many points
-    are best in one objective).
+    Objectives are scaled to the range of the front. The extreme point of an axis is the
+    point with the smallest value of the worst remaining objective (Das 1999, Structural
+    Optimization 18, 107-115). For three or more objectives, many points may be best in
+    a single objective; the extreme points are then as in Deb and Jain (2014, IEEE
+    Trans. Evol. Comput. 18, 577-601).
 
-    Returns None if no point is below, as on a front that is straight or bulges the
-    other way. Returns None too if the extreme points are not m different ones, or do
-    not span a hyperplane. `values` has the shape (k, m).
+    Returns None if no point is below the hyperplane, for example on a front that is
+    straight or bulges in the opposite direction. Returns None also if the m extreme
+    points are not different or do not span a hyperplane. `values` has the shape (k, m).
     """
     if len(values) <= values.shape[1]:
         return None

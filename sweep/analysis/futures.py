@@ -1,23 +1,24 @@
-"""Predictive distributions of samples to come, from a pilot.
+"""Predictive distributions of future samples, from a pilot.
 
-PREDICTIONS has one entry for each distribution of values: the moments of a sample to
-come, and their quantiles. A pilot of m values has errors in its mean and its variance,
-and so has a sample of n values to come. Each quantile here covers both: it is that of a
-predictive distribution (Geisser 1993, Predictive Inference, chapter 2).
+PREDICTIONS has an entry for each distribution of values: the moments of a future
+sample, with quantiles. The mean and the variance of a pilot of m values have errors,
+and so have the mean and the variance of a future sample of n values. Each quantile
+includes the errors of pilot and future sample: it is a quantile of a predictive
+distribution (Geisser 1993, Predictive Inference, chapter 2).
 
-- normal: the mean by Student's, the variance by the F distribution with n - 1 and m - 1
-  degrees of freedom. Skewed values that are not all positive have fewer degrees of
-  freedom, by the kurtosis of a gamma distribution of their skewness.
-- skewed and positive: lognormal, so that more than the few values in a long tail have
-  information about it. The variance is the mean of those of lognormal and gamma values,
-  weighted by the likelihoods of both. The degrees of freedom of the sample to come are
-  fewer by the kurtosis of lognormal values.
-- count: the mean by the gamma distribution that Jeffreys' prior gives. The variance
-  over the mean is by the F distribution, with fewer degrees of freedom where the
-  negative binomial distribution is more skewed than Poisson's.
+- normal: the mean by Student's distribution, the variance by the F distribution. The
+  degrees of freedom are n - 1 and m - 1. Skewed values that are not all positive have
+  fewer degrees of freedom, by the kurtosis of a gamma distribution of equal skewness.
+- skewed and positive: lognormal, so that not only the few values in a long tail have
+  information about the tail. The variance is the mean of a lognormal and a gamma
+  variance, weighted by the likelihoods. The future sample has fewer degrees of freedom,
+  by the kurtosis of lognormal values.
+- count: the mean by the gamma distribution that Jeffreys' prior gives. The variance /
+  mean is by the F distribution, with fewer degrees of freedom where the negative
+  binomial distribution is more skewed than Poisson's.
 - proportion and percentage: the mean by the beta distribution in the same way. The
-  variance over the largest possible one is by the F distribution, with fewer degrees of
-  freedom by the skewness of the beta distribution, unless all values are 0 or the
+  variance / largest possible variance is by the F distribution. The skewness of the
+  beta distribution reduces the degrees of freedom, unless all values are 0 or the
   largest possible value.
 """
 
@@ -51,8 +52,8 @@ Single draws are all 0 or the largest possible value.
 class Pilots:
     """The moments of k pilots of one metric.
 
-    `log_variance` (k,) is the variance of the logarithms of lognormal values that vary
-    as much. It is NaN if a value is not above zero.
+    `log_variance` (k,) is the variance of the logarithms of lognormal values with equal
+    variation. The variance is NaN if any value is not above zero.
     """
 
     samples: Samples
@@ -90,10 +91,10 @@ def pilots_of(values: Sequence[Floats], distribution: Distribution) -> Pilots:
 def _log_variance(samples: Samples, log_mean: Floats, log_variance: Floats) -> Floats:
     """Return the variance of the logarithms of equivalent lognormal values.
 
-    Their squared coefficient of variation is a mean of two: those of the most likely
-    lognormal and of the most likely gamma distribution, weighted by their likelihoods.
-    The shape of the gamma distribution is an approximation (Minka 2002, Estimating a
-    Gamma distribution).
+    The squared coefficient of variation is a mean over the most likely lognormal and
+    the most likely gamma distribution, weighted by the likelihoods. The shape of the
+    gamma distribution is an approximation (Minka 2002, Estimating a Gamma
+    distribution).
     """
     from scipy.special import expit, gammaln
 
@@ -140,9 +141,9 @@ class Prediction(NamedTuple):
 
 
 def _f_quantile(n: Floats, m: Floats, chance: float, times: Times) -> Floats:
-    """Return a quantile of the ratio of the variance of n values to that of m values.
+    """Return a quantile of the ratio of two variances, of n values and of m values.
 
-    Both have (size - 1) `times` degrees of freedom, at least ROUGHLY.
+    Each variance has (size - 1) `times` degrees of freedom, at least ROUGHLY.
     """
     from scipy.special import fdtri
 
@@ -157,7 +158,7 @@ ROUGHLY = 0.5
 def _fewer(squared_skewness: Floats) -> Floats:
     """Return the fraction of the degrees of freedom of a variance that remains.
 
-    By the kurtosis of a gamma distribution of this skewness.
+    The fraction follows from the kurtosis of a gamma distribution of this skewness.
     """
     return np.asarray(1.0 / (1.0 + 0.75 * squared_skewness))
 
@@ -169,7 +170,7 @@ def _t_quantile(m: Floats, chance: float) -> Floats:
 
 
 def _both(pilots: Pilots, n: Floats) -> Floats:
-    """Return the sample size with the errors of the pilot and of n values together."""
+    """Return the sample size with the combined error of the pilot and of n values."""
     return 1.0 / (1.0 / pilots.samples.n + 1.0 / n)
 
 
@@ -192,7 +193,7 @@ def _normal_mean(pilots: Pilots, n: Floats, spread: Floats, chance: float) -> Fl
 
 
 def _normal_moments(pilots: Pilots, n: Floats, mean: Floats, spread: Floats) -> Samples:
-    """Return moments of normal values; mostly equal if those of the pilot are so."""
+    """Return moments of normal values; mostly equal if the pilot is mostly equal."""
     known = pilots.samples
     infinite = np.full_like(mean, np.inf)
     return Samples(
@@ -207,9 +208,9 @@ def _normal_moments(pilots: Pilots, n: Floats, mean: Floats, spread: Floats) -> 
 
 
 NOT_ALIKE = 1.5
-"""Fewest values to come that differ from the others.
+"""Fewest future values that differ from the majority.
 
-A sample with fewer does not show how much its values vary.
+A sample with fewer different values does not show how much values vary.
 """
 NORMAL = Prediction(_normal_spread, _normal_mean, _normal_moments)
 
@@ -218,7 +219,7 @@ def _log_spread(pilots: Pilots, n: Floats, chance: float, times: Times) -> Float
     """Return a quantile of the variance s of the logarithm.
 
     The squared coefficient of variation of the values is exp(s) - 1. By the delta
-    method their variance varies as one with fewer degrees of freedom.
+    method the variance varies like a variance with fewer degrees of freedom.
     """
     spread = pilots.log_variance
     power = np.exp(spread)
@@ -232,7 +233,7 @@ def _log_spread(pilots: Pilots, n: Floats, chance: float, times: Times) -> Float
 def _log_mean(pilots: Pilots, n: Floats, spread: Floats, chance: float) -> Floats:
     """Return a quantile of the mean of lognormal values, by the delta method.
 
-    Values that vary more have a larger mean, too.
+    A larger variance also means a larger mean.
     """
     known = pilots.samples
     usual = pilots.log_variance
@@ -260,7 +261,7 @@ SKEWED = Prediction(_log_spread, _log_mean, _log_moments, widest=np.inf, least=0
 
 
 def _count_dispersion(pilots: Pilots) -> Floats:
-    """Return the variance over the mean; 1 if there was no event."""
+    """Return variance / mean; 1 if there was no event."""
     known = pilots.samples
     return np.where(known.mean > 0.0, known.variance / known.mean, 1.0)
 
@@ -362,7 +363,7 @@ def _fractions(total: float) -> Prediction:
 
 
 def _where(fits: Callable[[Samples], Mask], prediction: Prediction) -> Prediction:
-    """Return a prediction for the pilots that it fits, and NORMAL for all others."""
+    """Return a prediction that is NORMAL for all pilots that do not fit."""
 
     def spread(pilots: Pilots, n: Floats, chance: float, times: Times) -> Floats:
         fitting = prediction.spread(pilots, n, chance, times)

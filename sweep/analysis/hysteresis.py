@@ -1,7 +1,7 @@
 """The hysteresis loop between the increasing and the decreasing branch of a parameter.
 
-The links of a chain depend on each other, since each begins with the last state of the
-one before. Chains are independent. Therefore means are over one number per chain.
+The links of a chain are dependent, because each link begins with the last state of the
+previous link. Chains are independent. Therefore means are over one number per chain.
 """
 
 from typing import NamedTuple
@@ -21,18 +21,18 @@ class Loop(NamedTuple):
     Attributes
     ----------
     area : Interval
-        Integral of down - up over the parameter, by the trapezoidal rule, with its
+        Integral of down - up over the parameter, by the trapezoidal rule, with a
         confidence interval.
     chains : int
         Number of complete chains.
     difference, low, high : array
-        Mean of down - up at each value, and the bounds of its confidence interval, (k,)
+        Mean of down - up at each value, and the bounds of the confidence interval, (k,)
         each. The k intervals are simultaneous.
     apart : array of bool
         True where the interval excludes zero by more than a rounding error, (k,).
     width : float
         Distance from the smallest to the largest value at which `apart` is True, in the
-        unit of the parameter; 0 if there is none.
+        unit of the parameter; 0 if `apart` is False everywhere.
     """
 
     area: Interval

@@ -1,6 +1,6 @@
-"""Means and quantiles over replicates, each with its confidence interval.
+"""Means and quantiles over replicates, with confidence intervals.
 
-Trials that are not done are only counted.
+Trials that are not done are counted, and their values are left out.
 """
 
 from collections.abc import Mapping, Sequence
@@ -35,7 +35,7 @@ NONE_DECLARED: Mapping[str, Declared] = MappingProxyType({})
 
 
 class Interval(NamedTuple):
-    """An estimate, its confidence interval from `low` to `high`, and its n values."""
+    """An estimate, the bounds of the confidence interval, and the number of values."""
 
     value: float
     low: float
@@ -59,7 +59,7 @@ def half_width(deviation: Any, n: Any, confidence: float = CONFIDENCE) -> Any:
     Returns
     -------
     float or array
-        Half the width, in the unit of `deviation`; NaN for fewer than two values.
+        Half-width, in the unit of `deviation`; NaN for fewer than two values.
     """
     from scipy.stats import t
 
@@ -77,7 +77,7 @@ def mean_interval(
     interval: MeanKind | None = None,
     distribution: Declared = "normal",
 ) -> Interval:
-    """Return the mean of independent values with its confidence interval.
+    """Return the mean of independent values with a confidence interval.
 
     Parameters
     ----------
@@ -89,13 +89,13 @@ def mean_interval(
 
         - "t", Student's: for means that are about normal.
         - "bootstrap", BCa (Efron 1987, J. Am. Stat. Assoc. 82, 171-185): misses about
-          equally often on both sides if the distribution is skewed. Too narrow for
+          equally often on either side if the distribution is skewed. Too narrow for
           fewer than about 50 values.
         - "bootstrap_t" (Efron and Tibshirani 1993, An Introduction to the Bootstrap,
           section 12.5): wide on the side of the long tail. Unbounded for two or three
           values.
     distribution : Declared, default "normal"
-        Distribution and range of the values; `study.distributions` has them.
+        Distribution and range of the values, from `study.distributions`.
 
     Returns
     -------
@@ -132,7 +132,7 @@ def mean_interval(
 
 
 def _declaration_for(interval: MeanKind | None, declared: Declared) -> Declaration:
-    """Return the declaration that an interval uses: normal, if its kind is named."""
+    """Return the declaration for an interval: normal if a kind of interval is named."""
     declaration = in_full(declared)
     return declaration._replace(distribution="normal") if interval else declaration
 
@@ -143,7 +143,7 @@ def quantile_interval(
     confidence: float = CONFIDENCE,
     interval: QuantileKind = "order",
 ) -> Interval:
-    """Return a quantile of independent values with its confidence interval.
+    """Return a quantile of independent values with a confidence interval.
 
     Parameters
     ----------
@@ -154,11 +154,11 @@ def quantile_interval(
     confidence : float, default 0.95
     interval : {"order", "bootstrap"}, default "order"
         "order" is the interval between order statistics (Thompson 1936, Ann. Math.
-        Stat. 7, 122-128). For any distribution it misses on either side with at most
-        half of 1 - `confidence`, and less often if values are equal. "bootstrap" is the
-        percentile interval, approximate and for more than about 20 values. BCa would
-        correct by a jackknife, which is not consistent for quantiles (Efron and
-        Tibshirani 1993, section 11.6).
+        Stat. 7, 122-128). For any distribution, each bound is missed with a probability
+        of at most (1 - `confidence`) / 2, and less often if values are equal.
+        "bootstrap" is the percentile interval, approximate and for more than about 20
+        values. BCa would need a jackknife, which is not consistent for quantiles (Efron
+        and Tibshirani 1993, section 11.6).
 
     Returns
     -------
@@ -174,8 +174,8 @@ def quantile_interval(
     _check("interval", interval, get_args(QuantileKind))
     if not 0.0 < probability < 1.0:
         raise ValueError(
-            f"probability: {probability}; allowed: above 0 and below 1,"
-            " and the median is 0.5"
+            f"probability: {probability}; allowed: above 0 and below 1"
+            " (0.5 is the median)"
         )
     known = _known(values)
     if len(known) < 2:
@@ -209,32 +209,32 @@ def by_point(
     Parameters
     ----------
     trials : DataFrame
-        One row per trial.
+        Rows are trials.
     varied : sequence of str
         Parameters that become columns.
     metrics : sequence of str
     confidence : float, default 0.95
-        Each interval is for its point alone. `simultaneous_confidence` gives the value
-        at which all are simultaneous.
+        Confidence of each interval alone. `simultaneous_confidence` returns the value
+        for simultaneous intervals.
     interval : {"t", "bootstrap", "bootstrap_t"}, optional
         By default the interval of the distribution of the metric.
     repeated : mapping, optional
-        Higher confidence by metric, `study.repeated`. A metric that decided how many
-        trials a point has needs its repeated confidence interval.
+        Higher confidence by metric, from `study.repeated`. A metric that decided the
+        number of trials of a point needs a repeated confidence interval.
     distributions : mapping, optional
-        Distribution by metric, `study.distributions`; "normal" for other metrics.
+        Distribution by metric, from `study.distributions`; "normal" by default.
 
     Returns
     -------
     DataFrame
-        One row per point, in the order of `trials`. Columns: the `varied` parameters;
-        for each metric its mean under its own name, `<metric>_low`, `<metric>_high`,
-        `<metric>_n` and `<metric>_undefined`; and `not_done`, the number of trials
-        without a result. `<metric>_undefined` is the fraction of the done trials that
-        have no value of the metric and do not count.
+        A row per point, in the order of `trials`. Columns: the `varied` parameters; for
+        each metric `<metric>` (the mean), `<metric>_low`, `<metric>_high`, `<metric>_n`
+        and `<metric>_undefined`; and `not_done`, the number of trials without a result.
+        `<metric>_undefined` is the fraction of the done trials that have no value of
+        the metric and do not count.
     """
     _check_interval(interval)
-    # Numbers of points are grouped several times as fast as their texts.
+    # Grouping by number is several times faster than grouping by string.
     number = pd.Series(pd.factorize(trials["point"])[0], trials.index)
     groups = trials.groupby(number, sort=False)
     columns: dict[str, Any] = {name: groups[name].first() for name in varied}
@@ -258,8 +258,8 @@ def by_point(
 def undefined_shares(trials: pd.DataFrame, metric: str) -> "pd.Series[float]":
     """Return the fraction of done trials without a value of a metric, by point id.
 
-    For example, the elongation of a flock has no value in a trial without a flock. A
-    mean is that of the other trials, under the condition that there is a value.
+    For example, the elongation of a flock has no value in a trial without a flock. The
+    mean is then over the remaining trials, conditional on a value.
     """
     return _undefined(trials, metric, trials["point"])
 
@@ -276,18 +276,18 @@ def quantiles_by_point(
     Parameters
     ----------
     trials : DataFrame
-        One row per trial.
+        Rows are trials.
     varied : sequence of str
         Parameters that become columns.
     metrics : sequence of str
     probabilities : sequence of float, default (0.25, 0.5, 0.75)
     confidence : float, default 0.95
-        Of each interval alone, between order statistics.
+        Confidence of each interval alone. Intervals are between order statistics.
 
     Returns
     -------
     DataFrame
-        One row per point, metric and probability, points in the order of `trials`.
+        A row per point, metric and probability; points are in the order of `trials`.
         Columns: the `varied` parameters, metric, probability, value, low, high, n and
         `not_done`, as in `quantile_interval` and `by_point`.
     """
@@ -320,15 +320,15 @@ def curves(
     Parameters
     ----------
     series : DataFrame
-        Recorded series, one row per frame of a trial.
+        Recorded series; rows are frames of trials.
     trials : DataFrame
-        One row per trial. Trials that are not done do not count.
+        Rows are trials. Trials that are not done do not count.
     by : str
         Column of `trials`.
     metric : str
         Column of `series`.
     confidence : float, default 0.95
-        Of each frame alone, not of the whole curve.
+        Confidence of each frame alone, not of the whole curve.
     interval : {"t", "bootstrap", "bootstrap_t"}, optional
         By default the interval of the distribution.
     distribution : Declared, default "normal"
@@ -378,7 +378,8 @@ def group_bounds(
 def group_samples(groups: Any, distribution: Declared) -> Samples:
     """Return the moments of each of k groups of a column, (k,) each.
 
-    Normal values are taken to have no skewness, unless most of them are equal.
+    The skewness of normal values is set to 0, unless more than half of the values are
+    equal.
     """
     name, support = in_full(distribution)
     least = groups.min()
@@ -409,10 +410,10 @@ def group_samples(groups: Any, distribution: Declared) -> Samples:
 
 
 def _alike(groups: Any) -> "pd.Series[float]":
-    """Return how many values of each group equal its median, except for rounding."""
+    """Return how many values of each group equal the median, except for rounding."""
     same = pd.Series(equal(groups.obj, groups.transform("median")), groups.obj.index)
     alike: pd.Series[float] = groups.size()
-    # A category without a row is a group too, and has no number.
+    # A category without a row is also a group, but has no group number.
     alike[alike > 0] = same.groupby(groups.ngroup()).sum().to_numpy()
     return alike
 
@@ -423,7 +424,7 @@ def _group_means(
     interval: MeanKind | None,
     distribution: Declared,
 ) -> pd.DataFrame:
-    """Return the mean, low, high and n of each group of a column, by its keys."""
+    """Return the mean, low, high and n of each group of a column, by group key."""
     if interval not in (None, "t"):
         intervals = [
             mean_interval(group, confidence, interval, distribution)
@@ -443,7 +444,7 @@ def _group_means(
 def _order_bounds(n: int, probability: float, confidence: float) -> tuple[int, int]:
     """Return the ranks, from 1 to n, of the order statistics that bound a quantile.
 
-    0 and n + 1 if there are too few values. The ranks are those of scipy's
+    The ranks are 0 and n + 1 for too few values. The ranks equal the ranks of scipy's
     `quantile_test`, which is too slow for every point of a study.
     """
     from scipy.stats import binom

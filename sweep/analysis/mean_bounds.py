@@ -1,41 +1,52 @@
 """Confidence bounds of a mean, for each distribution of values over trials.
 
-A metric declares its distribution and the range of its values
-(`kernels.metrics.Metric`). Every mean that is shown has its bounds from here. BOUNDS
-has one function per distribution, which works on k samples at once, by their moments.
-A mean lies in the range of its values, so intervals are cut off at the ends of the
-range (`Support.cut`). This does not change their coverage.
+A metric declares a distribution and a range of values (`kernels.metrics.Metric`). All
+reported means have bounds from this module. BOUNDS has a function per distribution,
+which takes the moments of k samples at once. A mean is within the range of the values,
+so intervals are cut off at the ends of the range (`Support.cut`). The cut does not
+change the coverage.
 
-Per cent of 95 % intervals that cover the mean, for 3, 10, 40 and 200 values. The whole
-table, and the coverage of Student's, is in `docs/decisions/intervals-of-few-values.md`:
+Coverage in per cent of 95 % intervals, for 3, 10, 40 and 200 values. The complete
+table, and the coverage of Student's intervals, are in
+`docs/decisions/intervals-of-few-values.md`:
 
     normal                                      95   95   95   95
+
     skewed: lognormal with sigma 0.5            96   95   96   96
             lognormal with sigma 1              93   93   94   95
             exponential                         96   96   96   96
             normal                              97   96   96   95
+
     count:  Poisson, mean 0.3                   99   93   97   95
             Poisson, mean 3                     99   98   96   95
+
             clustered, mean 5, variance 88      90   94   95   96
             clustered, mean 1, variance 3       80   93   95   95
+
     0 to 1: 0 or 1 with chance 0.01             97  100   99   98
             0 or 1 with chance 0.3              97   96   94   95
+
             beta 0.9, a tenth of that variance  95   96   95   95
             beta 0.9, half of that variance     69   90   97   96
 
-Intervals cover less than 93 % where a sample cannot show the whole distribution: the
-long tail of ten lognormal values (92.6 %); the variance of 3 to 10 clustered counts, or
-of proportions near an end, of which often all are equal; and 40 values of two regimes
-with noise, one of them rare (87 %). They cover more than 97 % for few possible means,
-such as those of rare and few events, for counts that vary less than Poisson's, and for
-3 values of most kinds. Two to five values are too few to show a longer tail: 86 % of
-four lognormal values with sigma 1.5 (FEW).
+Intervals cover less than 93 % if a sample cannot show the whole distribution:
 
-Values of which all but at most one are equal do not show how much they vary. Events
-have an interval with a width all the same. Other values have one from the range of the
-metric, or NaN if the range has no ends. If more than half of the values are equal they
-are taken as skewed. So the means of lognormal values with 80 to 97 % zeros are covered
-with 96 to 100 % where there is an interval, by Student's with 8 to 94 %.
+- the long tail of ten lognormal values (92.6 %);
+- the variance of 3 to 10 clustered counts;
+- the variance of 3 to 10 proportions near an end, which are often all equal;
+- 40 values of noise in two regimes, a common and a rare regime (87 %).
+
+Intervals cover more than 97 % for 3 values of most distributions, for counts that vary
+less than Poisson's, and if few means are possible, as for rare and few events. Two to
+five values are too few to show a longer tail: the coverage is 86 % for four lognormal
+values with sigma 1.5 (FEW).
+
+If all values but at most one are equal, a sample does not show how much values vary.
+Events have an interval with a positive width nevertheless. Normal and skewed values
+have an interval from the range of the metric, or NaN if the range lacks an end. If more
+than half of the values are equal, the values are treated as skewed. So the intervals of
+lognormal values with 80 to 97 % zeros cover 96 to 100 %, if there is an interval.
+Student's intervals cover 8 to 94 %.
 """
 
 import math
@@ -63,7 +74,7 @@ class Support(NamedTuple):
 
     @property
     def words(self) -> str:
-        """The range as text, such as `0 to 1`; "any" without an end.
+        """The range as a string, such as `0 to 1`; "any" without an end.
 
         >>> Support(0.0, 1.0).words, Support(low=1.0).words, Support(high=2.0).words
         ('0 to 1', 'from 1', 'up to 2')
@@ -88,9 +99,9 @@ class Support(NamedTuple):
     def holds(
         self, least: Floats | float, largest: Floats | float
     ) -> NDArray[np.bool_]:
-        """Return whether samples lie in the support, except for rounding.
+        """Return whether samples are in the support, except for rounding.
 
-        If one does not, the declaration of the metric is wrong.
+        A sample outside the support means that the declaration of the metric is wrong.
 
         Parameters
         ----------
@@ -108,13 +119,13 @@ class Support(NamedTuple):
     def cut(self, value: ArrayLike, low: ArrayLike, high: ArrayLike) -> Bounds:
         """Cut confidence intervals off at the ends of the support.
 
-        An interval always includes its value, which may lie outside by a rounding
-        error.
+        An interval always includes the estimate, which may be outside the support by a
+        rounding error.
 
         Parameters
         ----------
         value, low, high : array_like
-            Estimates and the bounds of their intervals, (k,) or one number each.
+            Estimates and the bounds of the intervals, (k,) or one number each.
 
         Returns
         -------
@@ -138,7 +149,7 @@ SUPPORTS: Mapping[Distribution, Support] = MappingProxyType(
 
 
 class Declaration(NamedTuple):
-    """The declared distribution of values over trials, and their support."""
+    """The declared distribution and support of the values over trials."""
 
     distribution: Distribution = "normal"
     support: Support = ANYWHERE
@@ -167,7 +178,7 @@ class Declaration(NamedTuple):
 
     @property
     def of_differences(self) -> "Declaration":
-        """The declaration of the differences of two such values."""
+        """The declaration of the differences of two declared values."""
         return self._replace(support=self.support.of_differences)
 
 
@@ -185,9 +196,9 @@ def in_full(declared: Declared) -> Declaration:
 FEW = 5
 """Number of values up to which a sample does not show the length of a skewed tail."""
 ONE_APART = 1
-"""Number of values that may differ from all others in a sample that counts as constant.
+"""Number of values that may differ from the rest in a sample that counts as constant.
 
-Such a sample does not show how much its values vary.
+A constant sample does not show how much values vary.
 """
 HALVINGS = 40
 EQUAL = 1e-12
@@ -213,7 +224,7 @@ class Samples(NamedTuple):
     least, largest : array
         Extreme values of the sample.
     alike : array
-        How many values equal their median.
+        Number of values that equal the median.
     low, high : array
         Range of possible values.
     """
@@ -230,7 +241,7 @@ class Samples(NamedTuple):
 
     @property
     def mostly_alike(self) -> NDArray[np.bool_]:
-        """True if more than half of the values are equal: they are not about normal."""
+        """True if more than half of the values are equal, and so not about normal."""
         return np.asarray(2.0 * self.alike > self.n)
 
     @property
@@ -247,7 +258,7 @@ class Samples(NamedTuple):
 def equal(least: ArrayLike, largest: ArrayLike) -> NDArray[np.bool_]:
     """Return whether numbers, (k,) or one each, are equal except for rounding.
 
-    Rounding errors of the sums of equal values would pass for a variance.
+    Rounding errors in sums of equal values would otherwise count as a variance.
     """
     return np.asarray(np.isclose(least, largest, rtol=EQUAL, atol=0.0))
 
@@ -269,8 +280,8 @@ def mean_bounds(
     Returns
     -------
     low, high : array
-        (k,) each. NaN for samples of fewer than two values, and for constant samples
-        whose values have no range and are no events.
+        (k,) each. NaN for samples of fewer than two values, and for constant samples of
+        values that have no bounded range and are not events.
     """
     known = Samples(*(np.asarray(moment, np.float64) for moment in samples))
     several = known._replace(n=np.where(known.n > 1, known.n, np.nan))
@@ -281,8 +292,8 @@ def mean_bounds(
 def _normal(samples: Samples, tail: Floats) -> Bounds:
     """Return Student's bounds, for means that are about normal.
 
-    If more than half of the values are equal they are not about normal, whatever is
-    declared. They are then taken as skewed.
+    If more than half of the values are equal, the values are not about normal, for any
+    declaration, and are treated as skewed.
     """
     bounds = _where(
         samples.mostly_alike, _widest(samples, tail), _student(samples, tail)
@@ -291,7 +302,7 @@ def _normal(samples: Samples, tail: Floats) -> Bounds:
 
 
 def _skewed(samples: Samples, tail: Floats) -> Bounds:
-    """Return the widest of three bounds, or those of the range for constant samples."""
+    """Return the widest of three bounds; for constant samples, the range decides."""
     bounds = _widest(samples, tail)
     return _where(samples.constant, _within_range(samples, tail), bounds)
 
@@ -299,9 +310,9 @@ def _skewed(samples: Samples, tail: Floats) -> Bounds:
 def _within_range(samples: Samples, tail: Floats) -> Bounds:
     """Return the bounds of the mean of a constant sample from the range of its values.
 
-    The fraction of values that differ from the commonest one is at most its exact upper
-    bound (Clopper and Pearson 1934, Biometrika 26, 404-413). All of these may lie at
-    one end of the range. NaN if the range lacks an end.
+    The fraction of values that differ from the most frequent value is at most the exact
+    upper bound (Clopper and Pearson 1934, Biometrika 26, 404-413). All different values
+    may be at one end of the range. NaN if the range lacks an end.
     """
     from scipy.special import betaincinv
 
@@ -310,7 +321,7 @@ def _within_range(samples: Samples, tail: Floats) -> Bounds:
     nearer = samples.mean - samples.least < samples.largest - samples.mean
     commonest = np.where(nearer, samples.least, samples.largest)
     fraction = np.where(samples.bounded, fraction, np.nan)
-    # A value may lie outside by a rounding error.
+    # A value may be outside the range by a rounding error.
     below = np.maximum(commonest - samples.low, 0.0)
     above = np.maximum(samples.high - commonest, 0.0)
     return commonest - fraction * below, commonest + fraction * above
@@ -324,8 +335,8 @@ def _student(samples: Samples, tail: Floats) -> Bounds:
 def _widest(samples: Samples, tail: Floats) -> Bounds:
     """Return the widest of three pairs of bounds.
 
-    - Student's: for differences of skewed values, which are about symmetric and whose
-      skewness is mostly noise.
+    - Student's: for differences of skewed values, which are about symmetric; the
+      skewness of a sample is mostly noise.
     - Student's without the skewness: needs some ten values to estimate the skewness.
     - Student's of the logarithm of the mean, by the delta method, if no value is below
       zero: valid for fewer values.
@@ -345,8 +356,8 @@ def _widest(samples: Samples, tail: Floats) -> Bounds:
 def _without_skewness(samples: Samples, tail: Floats) -> Bounds:
     """Return Hall's bounds (1992, J. R. Stat. Soc. B 54, 221-228).
 
-    A cubic function of Student's t has no skewness. Student's quantiles are taken back
-    through the inverse of that function.
+    A cubic function of Student's t has no skewness. Student's quantiles are transformed
+    back by the inverse function.
     """
     root = np.sqrt(samples.n)
     quantile = _quantile(samples, tail)
@@ -367,12 +378,13 @@ def _without_skewness(samples: Samples, tail: Floats) -> Bounds:
 def _count(samples: Samples, tail: Floats) -> Bounds:
     """Return the mid-P bounds of Poisson's distribution for all events together.
 
-    For values that vary more there are effectively fewer trials: by the variance over
-    the mean (quasi-Poisson; McCullagh and Nelder 1989, section 6.2), and by the squared
-    ratio of Student's quantile to the normal one, as the variance is estimated. If the
-    variance itself is above the mean, the bounds are the wider of these and Hall's.
-    They are never narrower than Poisson's, so that equal counts, such as all zero, have
-    a width. Values below zero are no counts and have Student's bounds.
+    For values that vary more than Poisson's, the effective number of trials is smaller,
+    by the variance / mean (quasi-Poisson; McCullagh and Nelder 1989, section 6.2).
+    Because the variance is estimated, the number is also divided by the squared ratio
+    of Student's quantile to the normal quantile. If the variance itself is above the
+    mean, the bounds are the wider of mid-P and Hall's bounds. The bounds are never
+    narrower than Poisson's, so equal counts, such as all zero, have a positive width.
+    Values below zero are not counts and have the bounds of normal values.
     """
     widened = samples.variance * _widening(samples, tail)
     size = samples.n * np.where(
@@ -393,12 +405,14 @@ def _count(samples: Samples, tail: Floats) -> Bounds:
 def _fraction(samples: Samples, tail: Floats, total: float) -> Bounds:
     """Return the mid-P bounds of the binomial distribution, for values from 0 to total.
 
-    Values of 0 and `total` alone are single draws. Other values vary less, and there
-    are effectively more draws: by the largest variance for this mean over their own,
-    and by Student's quantile over the normal one (Korn and Graubard 1998, Survey
-    Methodology 24, 193-201). The bounds are then the wider of these and Hall's. Equal
-    values do not show how much they vary, so each is taken for one draw. Values outside
-    have Student's bounds.
+    Samples of only 0 and `total` are single draws. For values that vary less, the
+    effective number of draws is larger (Korn and Graubard 1998, Survey Methodology 24,
+    193-201). The factor is the largest variance for this mean / the variance of the
+    sample. Because the variance is estimated, the number is divided by the squared
+    ratio of Student's quantile to the normal quantile. The bounds are then the wider of
+    mid-P and Hall's bounds. Equal values do not show how much values vary, so each
+    value counts as a single draw. Values outside the range have the bounds of normal
+    values.
     """
     mean = samples.mean / total
     largest = mean * (1.0 - mean)
@@ -430,7 +444,7 @@ BOUNDS: Mapping[Distribution, Callable[[Samples, Floats], Bounds]] = MappingProx
     }
 )
 EVENTS: tuple[Distribution, ...] = ("count", "proportion", "percentage")
-"""Distributions whose variance follows from the mean: equal values have a width."""
+"""Distributions with a variance given by the mean; equal values have a width."""
 
 
 def _error(samples: Samples) -> Floats:
@@ -445,9 +459,9 @@ def _quantile(samples: Samples, tail: Floats) -> Floats:
 
 
 def _widening(samples: Samples, tail: Floats) -> Floats:
-    """Return the squared ratio of Student's quantile to the normal one.
+    """Return the squared ratio of Student's quantile to the normal quantile.
 
-    1 for the median, where both are 0.
+    The ratio is 1 for the median, where the quantiles are 0.
     """
     from scipy.special import ndtri
 
@@ -466,10 +480,11 @@ def _where(where: NDArray[np.bool_], bounds: Bounds, other: Bounds) -> Bounds:
 
 
 def _poisson(events: Floats, tail: Floats, *, upper: bool) -> Floats:
-    """Return the mean at which so many events, or more, have the probability `tail`.
+    """Return the mean at which `events` or more events have the probability `tail`.
 
-    With `upper`, so many or fewer. Half of the probability of exactly so many counts
-    (mid-P; Lancaster 1961, J. Am. Stat. Assoc. 56, 223-234).
+    With `upper`, return the mean at which `events` or fewer events have this
+    probability. The probability of exactly `events` counts half (mid-P; Lancaster 1961,
+    J. Am. Stat. Assoc. 56, 223-234).
     """
     from scipy.special import gammainc, gammaincc, gammainccinv, gammaincinv
 
@@ -495,10 +510,10 @@ def _poisson(events: Floats, tail: Floats, *, upper: bool) -> Floats:
 
 
 def _binomial(events: Floats, draws: Floats, tail: Floats) -> Floats:
-    """Return the chance of an event per draw at which so many have probability `tail`.
+    """Return the probability of an event per draw that fits `events` and `tail`.
 
-    So many of all draws, or more. Half of the probability of exactly so many counts
-    (mid-P).
+    At this probability, `events` or more of `draws` have the probability `tail`. The
+    probability of exactly `events` counts half (mid-P).
     """
     from scipy.special import betainc, betaincinv
 

@@ -1,8 +1,9 @@
-"""Numbers with confidence intervals as text: `86.21 ± 0.28`, `86.21 (85.93 to 86.49)`.
+"""Notation of confidence intervals: `86.21 ± 0.28` and `86.21 (85.93 to 86.49)`.
 
-All are rounded to the second significant digit of the half-width of the interval, but
-to no more than nine decimal places. They have five digits if the interval is unknown or
-infinite, or not wider than rounding errors. Such a narrow interval has a width of 0.
+A number is rounded to the second significant digit of the half-width, with at most nine
+decimal places. If the interval is unknown, infinite or not wider than rounding errors,
+the number has five digits. An interval not wider than rounding errors is written with a
+half-width of 0.
 """
 
 import math
@@ -20,9 +21,9 @@ UNKNOWN = "-"
 
 
 def number(value: float, half: float = math.nan) -> str:
-    """Write a value to the place that the half-width of its interval allows.
+    """Write a value with the digits that the half-width of the interval justifies.
 
-    A value that is NaN is `-`.
+    NaN is written as `-`.
 
     >>> number(86.21234, 0.28), number(86.21234)
     ('86.21', '86.212')
@@ -39,12 +40,12 @@ def plus_minus(
     ----------
     value : float
     half : float
-        Half-width, in the unit of `value`. If it is NaN the value is written alone.
+        Half-width, in the unit of `value`. If NaN, only the value is written.
     scale : float, default 0
-        Size of the numbers whose difference `value` is. A difference that is small
-        compared with `scale` is a rounding error and is written as 0.
+        Magnitude of the two numbers, if `value` is a difference. A difference that is
+        small compared with `scale` is a rounding error and is written as 0.
     sign : bool, default False
-        Write a sign before every value, even if it is rounded to zero.
+        Write a sign before every value, also before a rounded zero.
 
     Returns
     -------
@@ -63,14 +64,14 @@ def plus_minus(
 
 
 def is_centred(value: float, low: float, high: float) -> bool:
-    """Return whether a value is the middle of its interval, except for rounding.
+    """Return whether a value is the centre of the interval, except for rounding.
 
     The half-width then describes the interval completely.
 
     Parameters
     ----------
     value, low, high : float
-        Estimate and the bounds of its confidence interval.
+        Estimate and the bounds of the confidence interval.
 
     Returns
     -------
@@ -88,15 +89,15 @@ def is_centred(value: float, low: float, high: float) -> bool:
 def with_interval(
     value: float, low: float, high: float, scale: float = 0.0, *, sign: bool = False
 ) -> str:
-    """Write a value with both bounds of its confidence interval.
+    """Write a value with the two bounds of the confidence interval.
 
     Parameters
     ----------
     value, low, high : float
-        Estimate and the bounds of its interval. If one is NaN the value is written
-        alone.
+        Estimate and the bounds of the interval. If any of the three is NaN, only the
+        value is written.
     scale : float, default 0
-        Size of the numbers whose difference `value` is, see `plus_minus`.
+        Magnitude of the two numbers, if `value` is a difference; see `plus_minus`.
     sign : bool, default False
         Write a sign before every number.
 
@@ -140,7 +141,7 @@ def _written(value: float, half: float, scale: float, *, sign: bool = False) -> 
         return UNKNOWN
     if abs(value) < ROUNDING_ERROR * scale:
         value = 0.0
-    # Adding 0.0 makes -0.0 be 0.0; adding -0.0 keeps the sign.
+    # Adding 0.0 turns -0.0 into 0.0; adding -0.0 keeps the sign.
     plus, positive = ("+", -0.0) if sign else ("", 0.0)
     if not (ROUNDING_ERROR * scale < half < math.inf and math.isfinite(value)):
         digits = "0f" if 10**DIGITS <= abs(value) < 10**MOST_DIGITS else f"{DIGITS}g"

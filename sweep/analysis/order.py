@@ -1,12 +1,13 @@
 """Fluctuations of an order parameter, which distinguish a transition to order.
 
 m is the order parameter, such as the polarization (Vicsek et al. 1995, Phys. Rev. Lett.
-75, 1226-1229): near 0 in disorder, 1 in perfect order. `samples` are its values, (k,)
-of k independent trials, or (k, T) of their T frames after the burn-in. Moments are
-means over all frames of all trials. The jackknife leaves out whole trials, as only they
-are independent. Therefore it needs no autocorrelation time. It removes the bias of
-first order in 1/k. The confidence intervals are Student's of its pseudo-values (Tukey
-1958, Ann. Math. Stat. 29, 614; Miller 1974, Biometrika 61, 1-15).
+75, 1226-1229): near 0 in disorder, 1 in perfect order. `samples` are the values of m:
+(k,) for k independent trials, or (k, T) for T frames of each trial after the burn-in.
+Moments are means over all frames of all trials. The jackknife leaves out whole trials,
+because only trials are independent; no autocorrelation time is needed. The jackknife
+removes the bias of first order in 1/k. The confidence intervals are Student's intervals
+of the pseudo-values (Tukey 1958, Ann. Math. Stat. 29, 614; Miller 1974, Biometrika 61,
+1-15).
 """
 
 import numpy as np
@@ -27,8 +28,8 @@ def susceptibility(
 ) -> Interval:
     """Estimate the susceptibility n (<m^2> - <m>^2) of a system of n boids.
 
-    It peaks at a transition, and the peak grows with the system. It does not depend on
-    n where boids are independent. The estimate has no bias.
+    The susceptibility peaks at a transition, and the peak grows with the system. For
+    independent boids the susceptibility does not depend on n. The estimate has no bias.
 
     Parameters
     ----------
@@ -38,7 +39,7 @@ def susceptibility(
         Number of boids.
     confidence : float, default 0.95
         In disorder, 95 % intervals cover 83 % for 12 trials of one frame each, 90 % for
-        50, 94 % for 200, and 95 % for 12 trials of 100 independent frames.
+        50 trials, 94 % for 200, and 95 % for 12 trials of 100 independent frames.
 
     Returns
     -------
@@ -48,7 +49,7 @@ def susceptibility(
     Raises
     ------
     ValueError
-        If `samples` have another shape, or values that are not finite.
+        If `samples` have an invalid shape, or values that are not finite.
     """
     return mean_interval(susceptibility_values(samples, n), confidence)
 
@@ -56,18 +57,18 @@ def susceptibility(
 def binder_cumulant(samples: ArrayLike, confidence: float = CONFIDENCE) -> Interval:
     """Estimate Binder's cumulant U = 1 - <m^4>/(3 <m^2>^2).
 
-    Binder (1981, Z. Phys. B 43, 119-140). U is 2/3 in perfect order. In disorder it is
-    1/3 for the length of a mean of headings in the plane, and 0 for an m of one
-    component. At a continuous transition curves of different sizes meet in one point.
-    Where phases coexist U falls below its value in disorder. An estimate may exceed
-    these limits by its error.
+    Binder (1981, Z. Phys. B 43, 119-140). U is 2/3 in perfect order. In disorder U is
+    1/3 if m is the length of a mean of headings in the plane, and 0 if m has a single
+    component. At a continuous transition the curves of different sizes meet in one
+    point. If phases coexist, U falls below the value in disorder. An estimate may
+    exceed the limits by the statistical error.
 
-    In disorder, 95 % intervals cover 80 % for 12 trials of one frame each, 87 % for 50,
-    91 % for 200, and 94 % for 12 trials of 100 independent frames.
+    In disorder, 95 % intervals cover 80 % for 12 trials of one frame each, 87 % for 50
+    trials, 91 % for 200, and 94 % for 12 trials of 100 independent frames.
 
-    `samples` are (k,) or (k, T). The result has the number of trials. It is NaN if m is
-    always 0, and its bounds are NaN for one trial. Raises ValueError for samples of
-    another shape and for values that are not finite.
+    `samples` are (k,) or (k, T). The result includes the number of trials, and is NaN
+    if m is always 0. The bounds are NaN for a single trial. Raises ValueError for
+    samples of an invalid shape and for values that are not finite.
     """
     return mean_interval(binder_values(samples), confidence)
 
@@ -75,7 +76,7 @@ def binder_cumulant(samples: ArrayLike, confidence: float = CONFIDENCE) -> Inter
 def susceptibility_values(samples: ArrayLike, n: int) -> Floats:
     """Return the pseudo-values (k,) whose mean is `susceptibility`.
 
-    Contrasts between independent samples take them as values.
+    Contrasts between independent samples use the pseudo-values as values.
     """
     return n * pseudo_values(
         _moments(samples), lambda first, second, _: second - first * first
@@ -85,7 +86,7 @@ def susceptibility_values(samples: ArrayLike, n: int) -> Floats:
 def binder_values(samples: ArrayLike) -> Floats:
     """Return the pseudo-values (k,) whose mean is `binder_cumulant`.
 
-    Contrasts between independent samples take them as values.
+    Contrasts between independent samples use the pseudo-values as values.
     """
     return pseudo_values(_moments(samples), _binder)
 
@@ -104,20 +105,20 @@ def order_parameters(
     burn_in : int, default 0
         Step of the first frame that counts; `steady_states` estimates it.
     confidence : float, default 0.95
-        Of each interval alone.
+        Confidence of each interval alone.
 
     Returns
     -------
     DataFrame
-        One row per point. Columns: the varied parameters; order (the mean),
-        susceptibility and binder, each with _low and _high; trials (their number);
-        frames of each; and left_out, the number of trials that are not done or lack a
-        value.
+        A row per point. Columns: the varied parameters; order (the mean),
+        susceptibility and binder, each with _low and _high; trials (number of trials);
+        frames (number of frames per trial); and left_out (number of trials that are not
+        done or lack a value).
 
     Raises
     ------
     ValueError
-        If the study has not recorded `metric`, or no frame of it from `burn_in` on.
+        If the study has not recorded `metric`, or has no frame from `burn_in` on.
     """
     trials = study.trials
     rows = []
@@ -160,12 +161,12 @@ def order_samples(
     -------
     dict
         Samples (k, T) of the k trials that are done and lack no value, by the hash of
-        the point in `study.trials`, in the order of the study.
+        the point in `study.trials`. Points are in the order of the study.
 
     Raises
     ------
     ValueError
-        If the study has not recorded `metric`, or no frame of it from `burn_in` on.
+        If the study has not recorded `metric`, or has no frame from `burn_in` on.
     """
     if metric not in study.series or metric in ("trial_id", "frame"):
         raise ValueError(
@@ -198,7 +199,7 @@ def _moments(samples: ArrayLike) -> Floats:
         )
     if not np.isfinite(values).all():
         raise ValueError(
-            "samples have values that are missing or infinite; leave those trials out"
+            "samples have missing or infinite values; leave those trials out"
         )
     frames = values if values.ndim == 2 else values[:, None]
     squares = frames * frames

@@ -1,4 +1,4 @@
-"""Independent values of trials, and pairs of them by common random numbers."""
+"""Independent values of trials, and pairs by common random numbers."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, NamedTuple
@@ -17,7 +17,7 @@ UNITS: Mapping[str, Sequence[str]] = {
     "point": ["point"],
 }
 SAME_NUMBER = 1e-9
-"""Relative difference up to which two numbers are the same parameter value."""
+"""Relative difference up to which two numbers count as equal parameter values."""
 OF_KIND: Mapping[str, type] = {"b": bool, "U": str}
 """Type of the values of an array, by its numpy kind."""
 
@@ -28,14 +28,14 @@ class Units(NamedTuple):
     Attributes
     ----------
     values : Series
-        One value per unit; NaN if a trial of the unit has no result. The index has the
-        keys that pair units with those of another selection.
+        Value of each unit; NaN if a trial of the unit has no result. The index contains
+        the keys that pair the units of two selections.
     trials : int
         Number of results behind the values.
     left_out : int
         Number of trials without a result.
     pairs : bool
-        True if units with the same keys share their random numbers.
+        True if units with equal keys have common random numbers.
     """
 
     values: "pd.Series[float]"
@@ -49,7 +49,7 @@ class Units(NamedTuple):
 
 
 def agrees(values: ArrayLike, value: object) -> NDArray[np.bool_]:
-    """Return which of `values` equal a value, as an array of bool in their shape.
+    """Return an array of bool: True where `values` equal a value.
 
     Numbers match to nine digits, so that 0.3 matches 3 * 0.1. True is not the number 1,
     and no string is a number.
@@ -65,7 +65,7 @@ def agrees(values: ArrayLike, value: object) -> NDArray[np.bool_]:
 
 
 def chosen(trials: pd.DataFrame, settings: Mapping[str, Any]) -> pd.DataFrame:
-    """Return the rows of `trials` that have all of these parameter values."""
+    """Return the rows of `trials` with the given parameter values."""
     for name, value in settings.items():
         trials = trials[agrees(trials[name].to_numpy(), value)]
     return trials
@@ -79,14 +79,13 @@ def units(
     Parameters
     ----------
     trials : DataFrame
-        One row per trial.
+        Rows are trials.
     values : Series
-        One value per row of `trials`; NaN if the trial has no result.
+        Value of each row of `trials`; NaN if the trial has no result.
     unit : {"trial", "point", "replicate"}
-        A unit is a trial, the mean over the trials of a point, or the mean over the
-        trials of a replicate.
+        A unit is a trial, or the mean over the trials of a point or of a replicate.
     free : sequence of str
-        Varied parameters that no selection names. They pair units, in addition to seed
+        Varied parameters that no selection names: keys of pairs, in addition to seed
         and replicate.
 
     Returns
@@ -100,7 +99,7 @@ def units(
     keys = [*REPLICATE] if single else keys or ["point"]
     table = trials[list(dict.fromkeys([*UNITS[unit], *keys]))].assign(_value=values)
     groups = table.groupby(list(UNITS[unit]), sort=False)
-    # A unit that lacks one of its trials would be the mean of something else.
+    # Without all trials of a unit, the mean would estimate a different quantity.
     complete = groups["_value"].count() == groups.size()
     by_unit = groups["_value"].mean().where(complete).to_numpy(np.float64)
     index = pd.MultiIndex.from_frame(table.drop_duplicates(list(UNITS[unit]))[keys])
@@ -114,7 +113,7 @@ def units(
 
 
 def common_streams(trials: pd.DataFrame) -> frozenset[str]:
-    """Return the random streams that all trials have in common with other points.
+    """Return the random streams that all points have in common.
 
     Streams are start, world and noise.
     """
@@ -131,17 +130,17 @@ def common_streams(trials: pd.DataFrame) -> frozenset[str]:
 def replicates(trials: pd.DataFrame) -> pd.MultiIndex:
     """Return the keys of the random numbers of trials: seed and replicate.
 
-    The replicate is 0 for a listed seed, which identifies a trial alone. Common streams
-    have the same numbers for the same keys, in any study and at any point.
+    The replicate is 0 for a listed seed, because the seed alone is then the key. Common
+    streams have equal numbers for equal keys, in any study and at any point.
     """
     numbers = trials["replicate"].where(~trials["seed_listed"].astype(bool), 0)
     return pd.MultiIndex.from_arrays([trials["seed"], numbers], names=REPLICATE)
 
 
 def pairable(a: Units, b: Units) -> bool:
-    """Return whether each unit has its partner on the other side.
+    """Return whether each unit has a partner in the second selection.
 
-    Both sides have the same keys, each once, with common random numbers.
+    The two selections need equal, unique keys and common random numbers.
     """
     indices = a.values.index, b.values.index
     return (

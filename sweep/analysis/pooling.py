@@ -1,7 +1,7 @@
 """Means over several points, replicate by replicate.
 
-Every point has the same weight. Trials of one replicate may share random numbers at all
-points, so they are not independent of each other. Different replicates are independent.
+Every point has equal weight. Trials of a replicate may share random numbers at all
+points, so these trials are not independent. Different replicates are independent.
 """
 
 from collections.abc import Sequence
@@ -19,20 +19,21 @@ def pooled(
     Parameters
     ----------
     trials : DataFrame
-        One row per trial.
+        Rows are trials.
     by : sequence of str
-        Parameters in which the points of a group agree; all points for none.
+        Parameters that define the groups; if empty, all points form a single group.
     metrics : sequence of str
 
     Returns
     -------
     DataFrame
-        One row per group and replicate, in the order of `trials`; `by_point` takes it.
-        Columns: `point`, the number of the group; `points`, how many the group has; the
-        parameters `by`; `trial_id`, of the first trial; `status`; and each metric, its
-        mean over the points. The status is "done" if every point of the group has the
-        replicate and all its trials are done, else "not done". A mean is NaN if one
-        point has no value, since it would be the mean of other points.
+        A row per group and replicate, in the order of `trials`; a valid input of
+        `by_point`. Columns: `point` (number of the group), `points` (number of points
+        in the group), the parameters `by`, `trial_id` (of the first trial), `status`,
+        and each metric (mean over the points). The status is "done" if every point of
+        the group has the replicate and all trials of the replicate are done, else "not
+        done". A mean is NaN if any point has no value, because the remaining points are
+        a different group.
     """
     groups = trials.groupby(list(by), sort=False, dropna=False) if by else None
     number = groups.ngroup() if groups else pd.Series(0, index=trials.index)

@@ -1,13 +1,12 @@
-"""Number of values that a goal needs, from a pilot.
+"""Number of values that a goal needs, estimated from a pilot study.
 
-A goal is a half-width of the confidence interval of a mean, or that a comparison of two
-means detects a difference. It is reached if a ratio is at most 1: the half-width over
-the allowed one, or the difference that is detected over the true one. The parts of the
-uncertainty are the spread, the mean and the chance of the draw. Each part alone is
-moved to a quantile of its own predictive distribution (`sweep.analysis.futures`). The
-squares of the resulting changes of the logarithm of the ratio are added up (Zou and
-Donner 2008, Stat. Med. 27, 1693-1702). With one part this is exact: normal values and a
-half-width.
+A goal is a half-width of the confidence interval of a mean, or the detection of a
+difference between two means. A goal is reached if a ratio is at most 1: half-width /
+allowed half-width, or detectable difference / true difference. The parts of the
+uncertainty are the spread, the mean and the random draw. Each part alone is moved to a
+quantile of the predictive distribution (`sweep.analysis.futures`). The squared changes
+of the logarithm of the ratio are added up (Zou and Donner 2008, Stat. Med. 27,
+1693-1702). With a single part the method is exact: normal values and a half-width.
 
 The measured probability of reaching a goal is in
 `docs/decisions/replicates-from-a-pilot.md`.
@@ -44,23 +43,26 @@ CHANCE = 0.8
 FEWEST = 5
 """Fewest values of a pilot that show its spread."""
 SMALL = 10
-"""Values of a pilot, below which goals may fail more often if they are not normal."""
+"""Pilot size below which goals for values that are not normal may fail more often."""
 CAVEATS = ("too few values", "all equal", "not seen", "small pilot")
-"""Reasons why a number is unknown or unsure, of which the first that holds is given.
+"""Reasons why a number is unknown or uncertain; the first that applies is reported.
 
-In this order: fewer than FEWEST values; all values but at most one are equal and do not
-show their spread; no event, or nothing else; fewer than SMALL values that are not
-normal.
+In this order:
+
+- fewer than FEWEST values;
+- all values but at most one are equal, so the pilot does not show the spread;
+- no event, or only events;
+- fewer than SMALL values that are not normal.
 """
 MOST = 1e6
-"""Largest number of values; larger numbers are infinite."""
+"""Largest number of values; larger results are infinite."""
 RANGE = (0.025, 0.975)
 """Probabilities of the ends of the range of a number."""
 FIRST = 16.0
 """Number of values with which the search begins."""
 ROUNDS = 60
 PREDICTED = 12
-"""Rounds that predict the next number from the last one; later rounds bisect."""
+"""Rounds that predict the next number from the last number; later rounds bisect."""
 STEP = 0.002
 """Relative precision of a number; below 500 it is exact."""
 ROUGH_STEP = 0.02
@@ -70,8 +72,9 @@ ROUGH_STEP = 0.02
 class Needed(NamedTuple):
     """Numbers of values that reach a goal, for k pilots, (k,) each.
 
-    `low` and `high` bound the 95 % range of `n` by the errors of the pilot. NaN is
-    unknown, and infinite is more than MOST. `caveat` has one of CAVEATS, or "".
+    `low` and `high` bound the 95 % range of `n` due to the errors of the pilot. NaN
+    means unknown, and infinity means more than MOST. `caveat` contains elements of
+    CAVEATS, or "".
     """
 
     n: Floats
@@ -89,9 +92,9 @@ class PilotGoal(Protocol):
 
     @property
     def drawn(self) -> int:
-        """Number of parts, the first ones, that are the chance of the draw alone.
+        """Number of leading parts that are due to the random draw alone.
 
-        They do not depend on the pilot.
+        The random draw does not depend on the pilot.
         """
 
     @property
@@ -102,7 +105,7 @@ class PilotGoal(Protocol):
         """Return the goal of the pilots at some indices."""
 
     def ratio(self, n: Floats, chances: Sequence[float]) -> Floats:
-        """Return the ratio that the goal wants to be at most 1, (k,).
+        """Return the ratio of each pilot, (k,); at most 1 if the goal is reached.
 
         Parameters
         ----------
@@ -144,7 +147,7 @@ class WidthGoal:
         return replace(self, pilots=self.pilots.at(rows))
 
     def ratio(self, n: Floats, chances: Sequence[float]) -> Floats:
-        """Return the half-width over the allowed one, (k,).
+        """Return half-width / allowed half-width, (k,).
 
         Parameters
         ----------
@@ -178,10 +181,10 @@ class WidthGoal:
 class DifferenceGoal:
     """Goal that a comparison detects a difference of `size`, (k,).
 
-    The difference is that of two means, or the mean difference of pairs. `sides` are
-    two pilots, or one of the differences. The gains and losses of paired events are two
-    with a `correlation`, (k,). `tail` is the probability with which each bound of the
-    difference is missed. The parts are the chance of the draw, the means and the
+    The difference is between two means, or the mean difference within pairs. `sides`
+    are two pilots, or a single pilot of differences. Gains and losses of paired events
+    are two pilots with a `correlation`, (k,). `tail` is the probability with which each
+    bound of the difference is missed. The parts are the random draw, the means and the
     spreads.
     """
 
@@ -211,14 +214,14 @@ class DifferenceGoal:
         )
 
     def ratio(self, n: Floats, chances: Sequence[float]) -> Floats:
-        """Return the difference that is detected over the true one, (k,).
+        """Return detectable difference / true difference, (k,).
 
         Parameters
         ----------
         n : array
             Number of values per side, or of pairs, for each pilot, (k,).
         chances : sequence of float
-            Probabilities of the draw, the means and the spreads.
+            Probabilities of the random draw, the means and the spreads.
 
         Returns
         -------
@@ -240,7 +243,7 @@ class DifferenceGoal:
 
     @property
     def _freedom(self) -> Floats:
-        """Degrees of freedom of all sides together over those of one side.
+        """Ratio of the degrees of freedom: all sides together / a single side.
 
         Satterthwaite (1946, Biometrics Bull. 2, 110-114).
         """
@@ -254,7 +257,8 @@ class DifferenceGoal:
     ) -> Sequence[Floats]:
         """Return the means of the sides, which differ by `size`.
 
-        They lie around the middle of the means of the pilot, within their range.
+        The means are centred at the average of the pilot means, within the possible
+        range.
         """
         if len(self.sides) == 1:
             return [self.size]
@@ -286,7 +290,7 @@ class DifferenceGoal:
         return np.asarray(np.maximum(variance, 0.0))
 
     def _below(self, samples: Sequence[Samples]) -> Floats:
-        """Return the distance of the lower bound of the difference from it."""
+        """Return the distance between the difference and the lower bound."""
         if self.distribution == "normal":
             return self._welchs(samples)
         tail = np.asarray(self.tail)
@@ -326,17 +330,17 @@ def values_for_width(
     width : Width
         Allowed half-width of the interval of the mean.
     declared : Declared, default "normal"
-        Distribution and range of the values, which decide the interval
+        Distribution and range of the values, which determine the interval
         (`sweep.analysis.mean_bounds`).
     confidence : float, default 0.95
     chance : float, default 0.8
-        Probability that the interval is so narrow.
+        Probability that the half-width is at most `width`.
 
     Returns
     -------
     Needed
-        NaN for fewer than FEWEST values; if all values but at most one are equal and
-        they are no events; and if there was no event and the width is relative to the
+        NaN for fewer than FEWEST values. NaN also if all values but at most one are
+        equal and not events, and if the mean is 0 and the width is relative to the
         mean.
     """
     distribution, support = in_full(declared)
@@ -372,7 +376,7 @@ def values_for_difference(
     Parameters
     ----------
     contrasts : sequence of Contrast
-        k pilots of one distribution, all paired or none.
+        k pilots of one distribution, all paired or all unpaired.
     sizes : array
         True differences to detect, (k,), above zero.
     confidence : float, default 0.95
@@ -383,7 +387,7 @@ def values_for_difference(
     -------
     Needed
         NaN for fewer than FEWEST values of a side, and if all values of a side but at
-        most one are equal and they are no events.
+        most one are equal and not events.
     """
     first = contrasts[0]
     distribution = first.estimate.distribution
@@ -414,9 +418,9 @@ def _paired(
 ) -> tuple[Pilots, ...]:
     """Return the sides of pairs: gains and losses of events, else the differences.
 
-    Differences may have either sign even if those of the pilot have one sign, and so
-    may the true difference. Therefore their skewness is on the side on which a
-    difference is harder to detect.
+    Future differences and the true difference may have either sign, even if all
+    differences of the pilot have one sign. Therefore the skewness is on the side on
+    which a difference is harder to detect.
     """
     if distribution in EVENTS:
         gains = [np.maximum(change, 0.0) for change in changes]
@@ -433,7 +437,7 @@ def _paired(
 def _caveats(
     sides: Sequence[Pilots], distribution: Distribution
 ) -> NDArray[np.object_]:
-    """Return the caveat of each pilot (k,), one of CAVEATS or ""."""
+    """Return the caveat of each pilot (k,), an element of CAVEATS or ""."""
     largest = SUPPORTS.get(distribution, ANYWHERE).high
     least = np.min([side.samples.n for side in sides], axis=0)
     equal = np.logical_or.reduce([side.samples.constant for side in sides])
@@ -458,9 +462,9 @@ def _mean(
     chance: float,
     worst: float,
 ) -> Floats:
-    """Return the mean that is nearest to the `worst` one with a probability `chance`.
+    """Return the mean that is nearest to the `worst` mean, at a probability `chance`.
 
-    Below 0.5 it is the farthest one.
+    For a `chance` below 0.5, return the farthest mean.
     """
     prediction = PREDICTIONS[distribution]
     tail = min(chance, 1.0 - chance)
@@ -477,14 +481,14 @@ def _needed(
     caveat: NDArray[np.object_],
     hopeless: NDArray[np.bool_],
 ) -> Needed:
-    """Return the numbers of values that reach a goal, and their ranges.
+    """Return the numbers of values that reach a goal, and the ranges of the numbers.
 
-    A number has all parts at the probability `chance`. The ends of its range have the
-    draw at `chance`, and the other parts at the probabilities of RANGE. NaN for
-    `hopeless` pilots, too few values and equal ones.
+    For a number, all parts are at the probability `chance`. For the ends of a range,
+    the random draw is at `chance`, and the remaining parts are at the probabilities of
+    RANGE. Results are NaN for `hopeless` pilots, too few values and equal values.
     """
     blind = hopeless | np.isin(caveat, CAVEATS[:2])
-    # Equal pilots are computed once: those of events are often equal, and take longest.
+    # Equal pilots are computed once: pilots of events are often equal, and slowest.
     _, rows, back = np.unique(
         np.nan_to_num(np.column_stack([*goal.known, blind])),
         axis=0,
@@ -505,9 +509,9 @@ def _needed(
 
 
 class _MovedParts(NamedTuple):
-    """A goal whose parts from the `first` one on are at the probability `chance`.
+    """A goal with all parts from index `first` on at the probability `chance`.
 
-    The other parts are at their probabilities in `middle`.
+    The parts before `first` are at the probabilities in `middle`.
     """
 
     goal: PilotGoal
@@ -516,15 +520,15 @@ class _MovedParts(NamedTuple):
     first: int
 
     def ratio(self, n: Floats, rows: Rows) -> Floats:
-        """Return the ratio of the pilots at some indices, for so many values.
+        """Return the ratio of the pilots at some indices, for `n` values.
 
-        Each part alone is moved to the probability. The squares of the changes of the
+        Each part alone is moved to the probability `chance`. The squared changes of the
         logarithm of the ratio are added up.
 
         Parameters
         ----------
         n : array
-            Number of values, one per index.
+            Number of values for each index.
         rows : array of int
             Indices of pilots.
 
@@ -545,10 +549,11 @@ class _MovedParts(NamedTuple):
 
 
 def _smallest(goal: _MovedParts, start: Floats, step: float) -> Floats:
-    """Return the smallest numbers (k,) whose ratio is at most 1.
+    """Return the smallest numbers (k,) with a ratio of at most 1.
 
-    `step` is their relative precision. NaN where the `start` of the search is NaN.
-    Ratios fall about with the root of the number, which predicts the next one to try.
+    `step` is the relative precision. Results are NaN where the `start` of the search is
+    NaN. Ratios fall about with the square root of the number, which predicts the next
+    number to try.
     """
     low = np.where(np.isnan(start), np.nan, 1.0)
     high = np.full_like(start, np.inf)
@@ -562,7 +567,7 @@ def _smallest(goal: _MovedParts, start: Floats, step: float) -> Floats:
         with np.errstate(all="ignore"):
             square = np.nan_to_num(goal.ratio(n, rows), nan=np.inf) ** 2
         enough = square <= 1.0
-        # Below it, a number would miss by less than the step allows.
+        # A smaller number would miss the goal by less than the step.
         low[rows] = np.where(enough, low[rows], n)
         low[rows] = np.where(enough & (square > 1.0 - step), n - 1.0, low[rows])
         high[rows] = np.where(enough, n, high[rows])

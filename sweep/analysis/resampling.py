@@ -1,7 +1,6 @@
 """The bootstrap and the jackknife.
 
-The bootstrap estimates with resampled replicates, and the jackknife without one of
-them.
+The bootstrap resamples replicates. The jackknife leaves out each replicate in turn.
 """
 
 from collections.abc import Callable
@@ -32,12 +31,12 @@ def resampled_interval(
         Function of values, vectorised as scipy's `bootstrap` needs it.
     confidence : float
     method : {"BCa", "percentile"}
-        Kind of interval, as of scipy's `bootstrap`.
+        Kind of confidence interval, as in scipy's `bootstrap`.
 
     Returns
     -------
     low, high : float
-        Without a width if all values are equal.
+        Equal bounds if all values are equal.
     """
     from scipy.stats import bootstrap
 
@@ -60,7 +59,7 @@ def resampled_interval(
 def studentised_interval(values: Floats, confidence: float) -> tuple[float, float]:
     """Return the bootstrap-t confidence interval of the mean of values (n,).
 
-    It has no width if all values are equal.
+    The bounds are equal if all values are equal.
     """
     if np.all(values == values[0]):
         return float(values[0]), float(values[0])
@@ -75,16 +74,15 @@ def studentised_interval(values: Floats, confidence: float) -> tuple[float, floa
 def student_statistics(centred: Floats) -> Floats:
     """Return Student's statistic of k means in resamples of rows, (RESAMPLES, k).
 
-    `centred` are (n, k), with column means of zero. A statistic is infinite where a
-    resample has an error of zero, and zero where its mean is zero.
+    `centred` are (n, k), with column means of zero. The statistic of a resample with a
+    mean of 0 is 0; otherwise the statistic is infinite for a standard error of 0.
     """
     n = len(centred)
     rng = np.random.default_rng(RESAMPLING_SEED)
     statistics = []
     batch = max(1, MOST_NUMBERS // n)
     for first in range(0, RESAMPLES, batch):
-        # How often each row is drawn: sums over a resample are then products of
-        # matrices.
+        # Counts of the drawn rows turn sums over a resample into matrix products.
         rows = np.arange(min(batch, RESAMPLES - first))[:, None]
         drawn = rng.integers(0, n, (len(rows), n)) + n * rows
         weights = np.bincount(drawn.ravel(), minlength=n * len(rows)).reshape(-1, n) / n
@@ -97,7 +95,7 @@ def student_statistics(centred: Floats) -> Floats:
 
 
 def ratio(mean: Floats, error: Floats) -> Floats:
-    """Return Student's statistic, the mean over its error.
+    """Return Student's statistic, mean / standard error.
 
     Zero for a mean of 0; otherwise infinite for an error of 0.
     """
@@ -108,11 +106,12 @@ def ratio(mean: Floats, error: Floats) -> Floats:
 def pseudo_values(values: Floats, statistic: Callable[..., Floats]) -> Floats:
     """Return the jackknife's pseudo-values, k f(all) - (k - 1) f(all but one), (k,).
 
-    `values` are (k, m), and f is a smooth function of their m column means. `statistic`
+    `values` are (k, m), and f is a smooth function of the m column means. `statistic`
     takes m arrays (n,) of column means and returns f as (n,). The mean of the
     pseudo-values estimates f without the bias of first order in 1/k. Student's interval
-    of them is that of the jackknife (Tukey 1958, Ann. Math. Stat. 29, 614; Miller 1974,
-    Biometrika 61, 1-15). A single row has f of it.
+    of the pseudo-values is the jackknife's confidence interval (Tukey 1958, Ann. Math.
+    Stat. 29, 614; Miller 1974, Biometrika 61, 1-15). For a single row, the result is f
+    of the row.
     """
     k = len(values)
     if k < 2:

@@ -1,29 +1,32 @@
-"""Repeated confidence intervals, which hold at all looks together.
+"""Repeated confidence intervals, which are simultaneous over all looks.
 
-A look after every few trials that stops as soon as the interval is narrow takes the
-moments at which the values happen to be close together. The usual interval then covers
-less often than stated. Here the intervals of all looks together cover the mean with the
-stated confidence (Jennison and Turnbull 1984, Controlled Clinical Trials 5, 33-45;
-1989, J. R. Stat. Soc. B 51, 305-361). So does the interval at which a point stops, for
-whatever reason it stopped.
+A rule that looks after every few trials, and stops as soon as the interval is narrow,
+selects moments at which the values happen to be close together. The usual interval then
+covers less often than stated. Here the intervals of all looks simultaneously cover the
+mean with the stated confidence (Jennison and Turnbull 1984, Controlled Clinical Trials
+5, 33-45; 1989, J. R. Stat. Soc. B 51, 305-361). The interval at which a point stops
+therefore has at least the stated confidence, for any reason to stop.
 
-Each look takes the interval for the distribution of the values, at one common, higher
-confidence, the nominal one. The interval is Student's for normal values; intervals for
-other distributions approach it with many trials. For independent normal values the
-sequence of t statistics depends neither on the mean nor on the variance. So one
-simulation finds the nominal confidence. Looking has a price: with a first look at 10,
-where the known standard deviation would ask for 31 trials, a point takes 2.2 times as
-many on average with `max` 200 and 2.4 times with 1000; where for 123, 2.3 times with
-1000. With a first look at 3 these are 2.4, 2.6 and 2.5.
+Each look uses the interval for the distribution of the values, at a common, higher
+confidence: the nominal confidence. The interval is Student's for normal values;
+intervals for all further distributions approach Student's with many trials. For
+independent normal values the sequence of t statistics depends neither on the mean nor
+on the variance. So a single simulation finds the nominal confidence.
 
-Of M metrics each has 1 - (1 - confidence) / M in place of the confidence (Bonferroni).
-So the intervals of all looks at all metrics hold together, however the metrics depend
-on each other.
+Looking costs trials. The example has a first look at 10. If the known standard
+deviation requires 31 trials, a point takes on average 2.2 times as many with `max` 200,
+and 2.4 times with `max` 1000. If 123 trials are required, the factor is 2.3 with `max`
+1000. With a first look at 3, the factors are 2.4, 2.6 and 2.5.
 
-The coverage at the end is higher than stated: of the intervals at which normal points
-stop, 99 % cover the mean (min 3: 98.7 %), as most errors at other looks did not happen.
-See `repeated_interval` for other distributions. Values that depend on each other are
-not covered; trials of one point are independent, as each has its own random numbers.
+With M metrics, each metric has the confidence 1 - (1 - confidence) / M (Bonferroni). So
+the intervals of all looks at all metrics are simultaneous, for any dependence between
+metrics.
+
+The coverage at the end is higher than stated, because most possible errors at the
+remaining looks did not happen. Of the intervals at which normal points stop, 99 % cover
+the mean (min 3: 98.7 %). See `repeated_interval` for further distributions. The method
+is not valid for dependent values. Trials of a point are independent, because each trial
+has separate random numbers.
 """
 
 import math
@@ -47,13 +50,13 @@ GROWTH = 1.25
 PATHS = 400_000
 SEED = 20240611
 LEAST_LOOK = 3
-"""The fewest trials of a point at its first look."""
+"""Fewest trials of a point at the first look."""
 MOST_METRICS = 10
-"""The most metrics of a rule: of more, PATHS would be too few for each confidence."""
+"""Most metrics of a rule; for more metrics PATHS would be too few."""
 SAFETY = 2.0
-"""Standard errors of the simulation that the nominal confidence is on the safe side.
+"""Safety margin of the nominal confidence, in standard errors of the simulation.
 
-That is 0.07 % at 95 %.
+The margin is 0.07 % at 95 %.
 """
 
 
@@ -62,10 +65,10 @@ class Width(NamedTuple):
 
     Attributes
     ----------
-    half
+    half : float
         The half-width, in the unit of the metric, or as a fraction of the mean.
-    relative
-        Whether the half-width is a fraction of the mean.
+    relative : bool, default False
+        True if the half-width is a fraction of the mean.
     """
 
     half: float
@@ -80,14 +83,14 @@ class Width(NamedTuple):
         )
 
     def as_json(self) -> float | str:
-        """Return the value that a spec has: 0.02, or "5%"."""
+        """Return the value as in a spec: 0.02, or "5%"."""
         if not self.relative:
             return self.half
         return f"{100.0 * self.half:.9f}".rstrip("0").rstrip(".") + "%"
 
     @property
     def in_words(self) -> str:
-        """The half-width as text for a reader."""
+        """The half-width as a readable string."""
         width = self.as_json()
         return f"{width} of its mean" if isinstance(width, str) else f"{width:g}"
 
@@ -95,7 +98,7 @@ class Width(NamedTuple):
 def looks(least: int, most: int) -> tuple[int, ...]:
     """Return the numbers of trials of all looks, from `least` to `most`.
 
-    Each is a quarter more than the one before, and at least one more.
+    Each number is a quarter more than the previous number, and at least 1 more.
     """
     numbers = [least]
     while numbers[-1] < most:
@@ -105,11 +108,11 @@ def looks(least: int, most: int) -> tuple[int, ...]:
 
 @lru_cache(maxsize=64)
 def nominal_confidence(looks: tuple[int, ...], confidence: float) -> float:
-    """Return the confidence of the interval at each look that makes all looks hold.
+    """Return the confidence at each look that makes the intervals simultaneous.
 
-    Student's intervals of all `looks` then cover the mean together with `confidence`.
-    The value comes from PATHS simulated sequences of normal values with a fixed seed,
-    and is rounded up to the safe side.
+    Student's intervals of all `looks` then cover the mean simultaneously with
+    `confidence`. The value comes from PATHS simulated sequences of normal values with a
+    fixed seed, and is rounded up to the safe side.
     """
     if len(looks) == 1:
         return confidence
@@ -122,11 +125,11 @@ def nominal_confidence(looks: tuple[int, ...], confidence: float) -> float:
 
 
 def _smallest_p(looks: tuple[int, ...], largest: float) -> Floats:
-    """Return the smallest two-sided p of each path, shape (PATHS,).
+    """Return the smallest two-sided p-value of each path, shape (PATHS,).
 
-    That is of Student's test of the true mean, over all looks; 1 above `largest`.
-    Between two looks only the sum of the new values and the sum of their squares are
-    drawn.
+    The p-values are Student's, for the true mean, over all looks; values above
+    `largest` are 1. Between two looks only the sum of the new values and the sum of
+    their squares are drawn.
     """
     from scipy.special import stdtr, stdtrit
 
@@ -152,19 +155,19 @@ def repeated_interval(
     confidence: float = 0.95,
     distribution: Declared = "normal",
 ) -> "Interval":
-    """Return the mean of independent values and its repeated confidence interval.
+    """Return the mean of independent values and a repeated confidence interval.
 
-    Valid at whichever look, and for whatever reason that look was chosen.
+    The interval is valid at any look, for any reason to choose the look.
 
     Parameters
     ----------
     values : array_like
-        Independent values, shape (n,), where n is one of `looks`. NaN does not count,
-        and is taken to be missing whatever the value would have been.
+        Independent values, shape (n,), where n is in `looks`. NaN does not count;
+        values are assumed to be missing independently of their size.
     looks : sequence of int
-        The numbers of trials of all looks.
+        Numbers of trials of all looks.
     confidence : float, default 0.95
-        The confidence with which the intervals of all looks hold together.
+        Simultaneous confidence of the intervals of all looks.
     distribution : Declared, default "normal"
         Distribution and range of the values, see `sweep.analysis.mean_bounds`.
 
@@ -175,14 +178,14 @@ def repeated_interval(
     Raises
     ------
     ValueError
-        If n is not one of the looks.
+        If n is not in `looks`.
 
     Notes
     -----
-    Per cent of 95 % intervals that cover the mean where points stop, the lowest of four
-    half widths from 1 to 0.15 standard deviations, at most 400 trials, by the number of
-    trials at first look; 500 points each. The whole table is in
-    `docs/decisions/looks-hold-together.md`:
+    Coverage in per cent of the 95 % intervals at which points stop, by the number of
+    trials at the first look. Each number is the lowest coverage for four half-widths
+    from 1 to 0.15 standard deviations, with at most 400 trials and 500 points each. The
+    complete table is in `docs/decisions/looks-hold-together.md`:
 
         first look                      3     10     30
         normal                         98     99     99
@@ -195,17 +198,18 @@ def repeated_interval(
         Poisson 3                      99     99     99
         clustered 1, shape 0.5         97     97     99
 
-    Most are above 97 %, as most of what could go wrong at other looks did not. Skewed
-    values that are declared "normal" are covered with 89 % at worst, those that pile up
-    at an end of their range with 58 %, and two regimes with noise, one of them rare,
-    with 28 % (`docs/decisions/intervals-of-few-values.md`).
+    Most coverages are above 97 %, because most possible errors at the remaining looks
+    did not happen. The lowest coverage is 89 % for skewed values that are declared
+    "normal". The lowest coverage is 58 % for values that pile up at an end of the
+    range, and 28 % for noise in two regimes, a common and a rare regime
+    (`docs/decisions/intervals-of-few-values.md`).
     """
     from sweep.analysis.intervals import mean_interval
 
     array = np.asarray(values, np.float64)
     if len(array) not in looks:
         raise ValueError(
-            f"values: {len(array)} of them; allowed: as many as a look has,"
+            f"values: {len(array)}; allowed: the number of trials of a look,"
             f" {', '.join(map(str, looks))}"
         )
     nominal = nominal_confidence(tuple(looks), confidence)

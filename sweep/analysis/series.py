@@ -1,8 +1,8 @@
 """Recorded series: end of the burn-in, autocorrelation time and drift of the mean.
 
-A series (T,) is that of one trial. Several are (m, T), from independent trials of the
-same parameters. Times are in recorded frames. All functions concern the mean: they do
-not notice a variance that changes while the mean does not.
+A series (T,) belongs to one trial. Several series (m, T) come from independent trials
+with equal parameters. Times are in recorded frames. All functions concern the mean, and
+do not detect a change of the variance alone.
 """
 
 import math
@@ -28,7 +28,7 @@ EARLY = 0.1
 LATE = 0.5
 """Fractions of the frames whose means `drift` compares."""
 ENOUGH_SERIES = 10
-"""Fewest series that are compared with each other, not with their autocorrelation."""
+"""Fewest series that are tested by their differences, without the autocorrelation."""
 FEWEST_FRAMES = 20
 LARGEST_SHARE = 0.5
 """Largest tau/T in the correction of a variance."""
@@ -37,7 +37,7 @@ LARGEST_SHARE = 0.5
 class BurnIn(NamedTuple):
     """Number of frames to leave out from the start.
 
-    `end_found` is False if the transient has no end in the series. `frames` then is 0.
+    `end_found` is False if the transient has no end in the series; `frames` is then 0.
     """
 
     frames: int
@@ -69,12 +69,13 @@ class Drift(NamedTuple):
 def burn_in(series: ArrayLike) -> BurnIn:
     """Return the truncation of MSER-5 for a series (T,), or for the mean of (m, T).
 
-    Means of five frames are left out from the start until the error of the mean of the
-    rest, as if it were white noise, is smallest (White 1997, Simulation 69, 323-334;
-    Franklin and White 2008, Proc. Winter Simul. Conf., 541-546). A minimum in the
-    second half is no end of the transient: then `end_found` is False and nothing is
-    left out. Not for series that oscillate with a period of their length or longer.
-    Raises ValueError for fewer than 20 frames and for values that are not finite.
+    Means of five frames are left out from the start until the error of the remaining
+    mean is smallest. The error is computed as for white noise (White 1997, Simulation
+    69, 323-334; Franklin and White 2008, Proc. Winter Simul. Conf., 541-546). A minimum
+    in the second half is not the end of the transient: `end_found` is then False, and
+    no frame is left out. The method is not valid for series that oscillate with a
+    period of the series length or longer. Raises ValueError for fewer than 20 frames
+    and for values that are not finite.
     """
     values = as_series(series).mean(axis=0)
     if len(values) < FEWEST_FRAMES:
@@ -86,7 +87,7 @@ def burn_in(series: ArrayLike) -> BurnIn:
     left = np.arange(len(batches), 0, -1)
     sums = np.cumsum(centred[::-1])[::-1]
     squares = np.cumsum((centred * centred)[::-1])[::-1]
-    # The last few means always look steady: so few may agree by chance.
+    # The last means are left out: so few means may agree by chance.
     error = ((squares - sums * sums / left) / (left * left))[
         : len(batches) - min(BATCH, len(batches) // 2)
     ]
@@ -99,10 +100,10 @@ def burn_in(series: ArrayLike) -> BurnIn:
 def autocorrelation(series: ArrayLike) -> Floats:
     """Return the autocorrelation function at lags 0 to T - 1, shape (T,).
 
-    The autocovariances of several series are averaged, each about its own mean. They
-    are computed by Fourier transforms, with the divisor T at every lag. NaN if no
-    series varies. Raises ValueError for another shape and for values that are not
-    finite.
+    For several series, the autocovariances about the mean of each series are averaged.
+    Fourier transforms compute the autocovariances, with the divisor T at every lag. The
+    result is NaN if no series varies. Raises ValueError for an invalid shape and for
+    values that are not finite.
     """
     values = as_series(series)
     length = values.shape[1]
@@ -122,14 +123,15 @@ def integrated_time(series: ArrayLike) -> Autocorrelation:
 
     tau = 1 + 2 sum of the autocorrelation, in frames, and the size is m T/tau. The sum
     ends at the first lag that is at least 5 tau (Sokal 1997, Monte Carlo Methods in
-    Statistical Mechanics, section 3; Goodman and Weare 2010 and emcee for several
-    series). The series must be stationary: a drift, or a remaining burn-in, makes tau
-    large. tau is NaN if nothing varies. Raises ValueError as `autocorrelation`.
+    Statistical Mechanics, section 3). Goodman and Weare (2010) and emcee use the method
+    for several series. The series must be stationary: a drift, or a remaining burn-in,
+    makes tau large. The time is NaN if no series varies. Raises ValueError like
+    `autocorrelation`.
     """
     values = as_series(series)
     times = 2.0 * np.cumsum(autocorrelation(values)) - 1.0
-    # Below one, where values vary against each other, tau is the difference of larger
-    # terms, which it must not cut off.
+    # For negative correlations tau is below 1, as a difference of larger terms. The
+    # sum must include these terms.
     beyond = np.arange(len(times)) >= WINDOW * np.maximum(times, 1.0)
     tau = float(times[np.argmax(beyond)] if beyond.any() else times[-1])
     tau = max(tau, 1.0 / len(times)) if not math.isnan(tau) else tau
@@ -141,11 +143,12 @@ def integrated_time(series: ArrayLike) -> Autocorrelation:
 def drift(series: ArrayLike) -> Drift:
     """Test the mean of the first tenth of the frames against the second half.
 
-    Geweke (1992). Ten series or more are compared with each other, by a Student test of
-    their differences. Fewer are compared with the error from the variance and the
-    autocorrelation time of the second half, as if that half were steady. Their p is not
-    reliable if the half is shorter than 50 tau. p is 1 if nothing varies and the means
-    are equal, and NaN for ten or more equal differences. Raises ValueError as
+    The test follows Geweke (1992). For ten or more series, a Student test compares the
+    differences of the series. For fewer series, the error comes from the variance and
+    the autocorrelation time of the second half, under the assumption that the second
+    half is steady. The p-value of fewer series is not reliable if the second half is
+    shorter than 50 tau. The p-value is 1 if no series varies and the means are equal.
+    The p-value is NaN for ten or more equal differences. Raises ValueError like
     `autocorrelation`.
     """
     values = as_series(series)
@@ -181,9 +184,9 @@ def series_variance(series: ArrayLike, tau: float) -> float:
 
 
 def as_series(series: ArrayLike) -> Floats:
-    """Return one series or several as an array (m, T).
+    """Return one or several series as an array (m, T).
 
-    Raises ValueError for another shape and for values that are not finite.
+    Raises ValueError for an invalid shape and for values that are not finite.
     """
     values = np.atleast_2d(np.asarray(series, np.float64))
     if values.ndim != 2 or values.shape[1] < 2:
@@ -192,7 +195,7 @@ def as_series(series: ArrayLike) -> Floats:
         )
     if not np.isfinite(values).all():
         raise ValueError(
-            "a series has values that are missing or infinite; leave it out"
+            "a series has missing or infinite values; leave that series out"
         )
     return values
 

@@ -32,7 +32,7 @@ def simultaneous_confidence(
     confidence: float = CONFIDENCE,
     correction: Correction = "bonferroni",
 ) -> float:
-    """Return the confidence of each interval that makes all simultaneous.
+    """Return the confidence of each interval that makes all intervals simultaneous.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def simultaneous_confidence(
     correction : {"bonferroni", "sidak"}, default "bonferroni"
         "bonferroni" is valid for any dependence. "sidak" (Sidak 1967, J. Am. Stat.
         Assoc. 62, 626-633) is a little narrower: exact for independent intervals, and
-        valid for two-sided ones of normal means with any correlation.
+        valid for two-sided intervals of normal means with any correlation.
 
     Returns
     -------
@@ -66,9 +66,10 @@ def simultaneous_confidence(
 def holm(p_values: Sequence[float] | Floats) -> Floats:
     """Return p-values (k,) adjusted for k tests by Holm's method.
 
-    Tests whose adjusted p is below a level are rejected with at most that probability
-    of one error. Holm (1979, Scand. J. Stat. 6, 65-70), valid for any dependence of the
-    tests. A NaN stays NaN and is no test.
+    If all hypotheses with an adjusted p-value below a level are rejected, the
+    probability of any error is at most the level. The method (Holm 1979, Scand. J.
+    Stat. 6, 65-70) is valid for any dependence of the tests. A NaN stays NaN and does
+    not count as a test.
     """
     p = np.asarray(p_values, np.float64)
     adjusted = np.full(len(p), np.nan)
@@ -81,11 +82,11 @@ def holm(p_values: Sequence[float] | Floats) -> Floats:
 def adjusted(
     p_values: Sequence[float] | Floats, adjustment: Adjustment = "holm"
 ) -> Floats:
-    """Return p-values (k,) adjusted for all tests among them.
+    """Return p-values (k,) adjusted for multiple comparisons.
 
     `holm` gives p-values that are never larger than Bonferroni's. "bonferroni" and
     "sidak" agree with the intervals at `simultaneous_confidence`. A NaN stays NaN and
-    is no test. Raises ValueError for another adjustment.
+    does not count as a test. Raises ValueError for an unknown adjustment.
     """
     if adjustment not in get_args(Adjustment):
         raise ValueError(unknown("adjustment", adjustment, get_args(Adjustment)))
@@ -103,28 +104,29 @@ def adjusted(
 def max_t(differences: ArrayLike, confidence: float = CONFIDENCE) -> Simultaneous:
     """Return simultaneous confidence intervals of k means, by the bootstrap.
 
-    `differences` are (n, k): n independent replicates of k contrasts. Replicates are
-    resampled whole, and the quantile is that of the largest of the k Student statistics
-    (Westfall and Young 1993, Resampling-Based Multiple Testing, section 2; Romano and
-    Wolf 2005, Econometrica 73, 1237-1282). This includes the correlation of contrasts
-    with the same reference, so that their intervals are narrower than Bonferroni's.
+    `differences` are (n, k): n independent replicates of k contrasts. Whole replicates
+    are resampled. The quantile is the quantile of the largest of the k Student
+    statistics (Westfall and Young 1993, Resampling-Based Multiple Testing, section 2;
+    Romano and Wolf 2005, Econometrica 73, 1237-1282). The method includes the
+    correlation of contrasts with a common reference, so the intervals are narrower than
+    Bonferroni's.
 
     The statistic is studentised in each resample. Otherwise few replicates would give
     intervals that are too narrow. The intervals are approximate: for about ten
     replicates they are too wide rather than too narrow. Bounds and p are NaN for a
-    contrast of which all differences but at most one are equal. Its resamples are equal
-    too, so it takes no part. Raises ValueError for fewer than ten replicates and for
-    values that are not finite.
+    contrast if all differences but at most one are equal. The resamples of the contrast
+    are equal too, so the contrast is left out. Raises ValueError for fewer than ten
+    replicates and for values that are not finite.
     """
     values = np.asarray(differences, np.float64)
     n = len(values)
     if values.ndim != 2 or n < FEWEST_REPLICATES:
         raise ValueError(
-            f"max_t: {n} replicates; allowed: {FEWEST_REPLICATES} or more, one a row"
+            f"max_t: {n} replicates; allowed: {FEWEST_REPLICATES} or more, one per row"
         )
     if not np.isfinite(values).all():
         raise ValueError(
-            "max_t: a value is missing or infinite; leave such replicates out"
+            "max_t: a value is missing or infinite; leave incomplete replicates out"
         )
     alike = equal(values, np.median(values, axis=0)).sum(axis=0)
     known = np.flatnonzero(n - alike > ONE_APART)

@@ -1,12 +1,13 @@
 """Finite-size scaling: the exponents and the critical point of a collapse of curves.
 
-Near a continuous transition the order m of a system of linear length L is
-L^(-beta/nu) f((x - x_c) L^(1/nu)), with one function f for all sizes (Fisher and Barber
-1972, Phys. Rev. Lett. 28, 1516-1519). The quality of a collapse needs no form of f. It
-is S of Houdayer and Hartmann (2004, Phys. Rev. B 70, 014418, appendix): the mean square
-distance of each point from the curve of its neighbours of other sizes. Cubics replace
-their straight lines, which cut off the bends of a curve between points. S is about 1
-where the curves differ by their errors alone.
+Near a continuous transition, the order of a system of linear length L is m =
+L^(-beta/nu) f((x - x_c) L^(1/nu)). The function f is equal for all sizes (Fisher and
+Barber 1972, Phys. Rev. Lett. 28, 1516-1519). The quality S of a collapse needs no form
+of f (Houdayer and Hartmann 2004, Phys. Rev. B 70, 014418, appendix). S is the mean
+square distance of each point from the curve through neighbours of different sizes. Here
+cubics replace the straight lines of Houdayer and Hartmann, because straight lines cut
+off the bends of a curve between points. S is about 1 if the curves differ only by
+statistical errors.
 """
 
 from collections.abc import Sequence
@@ -23,7 +24,7 @@ from sweep.analysis.size_curves import SizeCurve
 Floats = NDArray[np.float64]
 
 RESAMPLES = 200
-OPEN = "the curves leave the critical point open, or 1/nu"
+OPEN = "the curves do not determine the critical point or 1/nu"
 FEWEST_SIZES = 3
 FEWEST_POINTS = 6
 """Fewest values of the control parameter per size."""
@@ -40,21 +41,22 @@ PRECISION = 1e-4
 RIDGE = 1e-12
 """Ridge of the cubic fits, as a fraction of the trace of their normal matrix."""
 LEAST_OVERLAP = 0.5
-"""Least fraction of points that must have points of other sizes on both sides."""
+"""Least fraction of points that must have points of different sizes on either side."""
 SIDES = (-2, -1, 0, 1)
-"""Indices of the points of another size about a place, relative to the one after it."""
+"""Indices of points of a second size around a position, relative to the next point."""
 POWERS = np.arange(4)
-"""Powers of the cubic through these points."""
+"""Powers of the cubic through the points of SIDES."""
 APART = 1e3
-"""Distance in errors given to all points where too few can be compared."""
+"""Distance, in standard errors, of all points if too few points are comparable."""
 
 
 class Scaled(NamedTuple):
-    """Points of the curves of S sizes, in one array of P points per quantity.
+    """Points of the curves of S sizes, as an array of P points per quantity.
 
-    `lengths` are (S,): the linear length of each size. The others are (P,): `size` is
-    the index of the size, `x` the control parameter, `order` the mean order parameter
-    and `error` its standard error. Points of a size are consecutive, ascending in `x`.
+    `lengths` are (S,): the linear length of each size. All further arrays are (P,):
+    `size` is the index of the size, `x` the control parameter, `order` the mean order
+    parameter and `error` the standard error of `order`. Points of a size are
+    consecutive, ascending in `x`.
     """
 
     lengths: Floats
@@ -67,9 +69,10 @@ class Scaled(NamedTuple):
 class Collapse(NamedTuple):
     """The critical point `place`, the exponents 1/nu and beta/nu, and the quality S.
 
-    The first three are each an estimate and the two bounds of its confidence interval.
-    `compared` is the fraction of points with points of other sizes on both sides.
-    Numbers are NaN where the curves cannot be collapsed, and `why` has the reason.
+    `place`, `inverse_nu` and `beta_nu` each contain an estimate and the two bounds of
+    the confidence interval. `compared` is the fraction of points with points of
+    different sizes on either side. If the curves cannot be collapsed, all numbers are
+    NaN, and `why` is the reason.
     """
 
     place: tuple[float, float, float]
@@ -87,26 +90,26 @@ def collapse(
 ) -> Collapse:
     """Collapse the mean order parameter of several sizes onto one curve.
 
-    The critical point x_c, 1/nu and beta/nu minimise S. Their confidence intervals are
-    Student's with k - 1 degrees of freedom, k being the fewest trials of a point. The
-    standard deviation is that of estimates from resampled trials. Each resample draws
-    k - 1 of the k trials of a point with replacement, so that the variance has no bias
-    (Rao and Wu 1988, J. Am. Stat. Assoc. 83, 231-241). The intervals do not cover
-    corrections to scaling: points far from the transition, and small systems, do not
-    collapse, and a large S shows it.
+    The critical point x_c, 1/nu and beta/nu minimise S. The confidence intervals are
+    Student's, with k - 1 degrees of freedom, where k is the smallest number of trials
+    per point. The standard deviation comes from estimates of resampled trials. Each
+    resample draws k - 1 of the k trials of a point with replacement, so that the
+    variance has no bias (Rao and Wu 1988, J. Am. Stat. Assoc. 83, 231-241). The
+    intervals do not include corrections to scaling: points far from the transition, and
+    small systems, do not collapse. A large S indicates missing corrections.
 
     Parameters
     ----------
     curves : sequence of SizeCurve
         At least 3 sizes with 6 values of the control parameter each.
     confidence : float, default 0.95
-        Coverage of each interval alone.
+        Confidence of each interval alone.
     resamples : int, default 200
 
     Returns
     -------
     Collapse
-        With NaN and a reason where the curves cannot be collapsed.
+        With NaN and a reason if the curves cannot be collapsed.
     """
     if len(curves) < FEWEST_SIZES:
         return _none(f"fewer than {FEWEST_SIZES} sizes")
@@ -114,7 +117,7 @@ def collapse(
         return _none(f"fewer than {FEWEST_POINTS} values of the control parameter")
     data = scaled(curves)
     if not (data.error > 0.0).all():
-        return _none("all trials of a point agree")
+        return _none("all trials of a point have equal order")
     exponents = _improved(data, _first(data))
     distances = _distances(data, exponents)
     known = np.isfinite(distances)
@@ -167,7 +170,7 @@ def scaled(curves: Sequence[SizeCurve]) -> Scaled:
 
 
 def _resampled(curves: Sequence[SizeCurve], rng: np.random.Generator) -> Floats:
-    """Return the mean order at each point (P,), of k - 1 trials drawn from its k."""
+    """Return the mean order at each point (P,), over k - 1 trials drawn from k."""
     means = []
     for curve in curves:
         for samples in curve.samples:
@@ -183,13 +186,14 @@ def quality(curves: Sequence[SizeCurve], exponents: Floats) -> float:
 
 
 def _distances(data: Scaled, exponents: Floats) -> Floats:
-    """Return the distance of each point from the other sizes, in standard errors, (P,).
+    """Return the distance of each point from different sizes, in standard errors, (P,).
 
-    NaN where no other size has two points on both sides. The distance is to a cubic
-    through two neighbours on either side of each other size, weighted by their errors.
+    The distance is to a cubic through two neighbours on either side from each different
+    size, weighted by the errors. NaN if no different size has two points on either
+    side.
     """
     place, inverse_nu, beta_nu = exponents
-    # Lengths in units of their mean: the exponents depend less on each other so.
+    # Lengths in units of the geometric mean make the exponents less dependent.
     lengths = (data.lengths / np.exp(np.log(data.lengths).mean()))[data.size]
     x = (data.x - place) * lengths**inverse_nu
     y = data.order * lengths**beta_nu
@@ -198,7 +202,7 @@ def _distances(data: Scaled, exponents: Floats) -> Floats:
     known = (weights > 0.0).sum(axis=1) >= len(SIDES)
     apart = np.where(weights > 0.0, x[near] - x[:, None], 0.0)
     apart /= np.maximum(np.abs(apart).max(axis=1, keepdims=True), np.finfo(float).tiny)
-    # About the point itself the level of the cubic is its value there.
+    # The cubic is centred at the point, so the level is the value at the point.
     rows = weights[..., None] * apart[..., None] ** POWERS
     squares = np.einsum("pij,pik->pjk", rows, rows)
     squares[~known] = np.eye(len(POWERS))
@@ -214,8 +218,8 @@ def _neighbours(
 ) -> tuple[NDArray[np.int64], Floats]:
     """Return indices and weights of the neighbours of each point, (P, 4 S) each.
 
-    The neighbours are two points of each other size on either side of `x` (P,). Their
-    weights are 0 where a size lacks two points on both sides.
+    The neighbours are two points of each different size on either side of `x` (P,). The
+    weights are 0 if a size lacks two points on a side.
     """
     near = []
     counted = []
@@ -245,9 +249,10 @@ def _first(data: Scaled) -> list[Floats]:
 
 
 def _residuals(exponents: Floats, data: Scaled) -> Floats:
-    """Return the distances scaled so that the sum of their squares is S, (P,).
+    """Return the distances scaled so that the sum of squares is S, (P,).
 
-    All are APART where too few points can be compared, or the exponents are outside.
+    All distances are APART if too few points are comparable, or if the exponents are
+    outside the allowed range.
     """
     distances = _distances(data, exponents)
     known = np.isfinite(distances)

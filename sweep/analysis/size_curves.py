@@ -1,13 +1,14 @@
 """Crossings of Binder's cumulants and peaks of the susceptibility, for several sizes.
 
 An order parameter m is recorded in k independent trials at each value x of a control
-parameter. Whole trials are the unit of all errors: an estimate at x is a mean of one
-value per trial. An estimate that is no mean itself is one of the jackknife's
-pseudo-values (`sweep.analysis.order`).
+parameter. Whole trials are the unit of all errors: an estimate at x is a mean over
+trials, with one value per trial. If an estimate is not a mean, the values are the
+jackknife's pseudo-values (`sweep.analysis.order`).
 
 The confidence interval of a crossing or a peak is an inverted test (Fieller 1954, J. R.
-Stat. Soc. B 16, 175-185). It has the values of x at which a difference, or a slope, is
-not significantly different from zero. There is none where the data leave it unbounded.
+Stat. Soc. B 16, 175-185). The interval contains the values of x at which a difference,
+or a slope, is not significantly different from zero. No result is returned if the data
+leave the interval unbounded.
 """
 
 from collections.abc import Sequence
@@ -33,14 +34,14 @@ MOST_DEGREE = 4
 """Largest degree of the polynomial through a peak."""
 FITS = 0.1
 """Smallest p-value of a polynomial that fits."""
-AT_AN_END = "it is largest at an end of the axis"
-FLAT = "no peak is told from a level curve"
+AT_AN_END = "the largest value is at an end of the axis"
+FLAT = "no peak differs significantly from a constant"
 
 
 class Means(NamedTuple):
     """Means at P values of the control parameter, (P,) each.
 
-    `error` are their standard errors, and `freedom` the degrees of freedom of these.
+    `error` are the standard errors, and `freedom` the degrees of freedom of the errors.
     """
 
     value: Floats
@@ -55,7 +56,8 @@ class Means(NamedTuple):
     def sides(self, confidence: float) -> NDArray[np.int64]:
         """Return the significant sign of each mean, (P,).
 
-        -1 for an interval below zero, 1 above, and 0 if it includes zero.
+        The sign is -1 for an interval below zero, 1 for an interval above zero, and 0
+        for an interval that includes zero.
         """
         low, high = self.bounds(confidence)
         return np.where(low > 0.0, 1, np.where(high < 0.0, -1, 0))
@@ -76,7 +78,7 @@ class Means(NamedTuple):
         x : array
             Values of the control parameter of the means, (P,), ascending.
         places : array
-            Values of the control parameter between them, (Q,).
+            Values of the control parameter at which to interpolate, (Q,).
 
         Returns
         -------
@@ -89,7 +91,7 @@ class Means(NamedTuple):
 
 
 def _quantile(confidence: float, freedom: ArrayLike) -> Floats:
-    """Return Student's quantile of a two-sided interval, for each number of degrees.
+    """Return Student's quantile of a two-sided interval, per degrees of freedom.
 
     The degrees of freedom may be infinite.
     """
@@ -151,7 +153,7 @@ class SizeCurve:
 
 
 def _means(values: Sequence[Floats]) -> Means:
-    """Return the mean of the values (k,) of each point, which has one per trial."""
+    """Return the mean over trials at each point, from values (k,) of k trials."""
     counts = np.array([len(of_point) for of_point in values], np.float64)
     errors = [of_point.std(ddof=1) / np.sqrt(len(of_point)) for of_point in values]
     return Means(
@@ -171,8 +173,8 @@ class BinderCrossing(NamedTuple):
     x, low, high : float
         Control parameter of the crossing, and the bounds of its confidence interval.
     value, value_low, value_high : float
-        Cumulant at the crossing. Its interval covers the mean of both curves at any x
-        of the other interval.
+        Cumulant at the crossing. The interval covers the mean of the two curves at any
+        x from `low` to `high`.
     rises : bool
         True if the larger system has the larger cumulant beyond the crossing.
     """
@@ -193,13 +195,13 @@ def binder_crossings(
 ) -> list[BinderCrossing]:
     """Return the crossings of Binder's cumulants of neighbouring sizes.
 
-    Binder (1981, Z. Phys. B 43, 119-140). A crossing lies between two values of the
-    control parameter that both sizes have. At the first one curve is significantly
-    higher, at the second the other curve is. The confidence intervals of all
-    differences of a pair are simultaneous. The interval of the crossing has all x
-    between the two values at which the difference is not significant. Differences
-    between points are interpolated linearly, so the grid must be fine enough. Curves
-    that only merge do not cross. The list is in the order of the sizes.
+    Binder (1981, Z. Phys. B 43, 119-140). A crossing is between two values of the
+    control parameter, common to the two sizes. The difference is significant at these
+    values, with opposite signs. The confidence intervals of all differences of a pair
+    are simultaneous. The interval of the crossing contains all x between the two values
+    at which the difference is not significant. Differences between points are
+    interpolated linearly, so the grid must be fine enough. Curves that only merge do
+    not cross. The list is in the order of the sizes.
     """
     pairs = pairwise(sorted(curves, key=lambda curve: curve.n))
     return [crossing for pair in pairs for crossing in _crossings(*pair, confidence)]
@@ -259,8 +261,8 @@ def _zero(
     """Return the zero of a difference, and the bounds of its confidence interval.
 
     The sign of the difference changes between the first and the last of the values `x`.
-    If it changes several times, the zero is that of the straight line that fits the
-    differences best.
+    If the sign changes several times, the result is the zero of the straight line that
+    fits the differences best.
     """
     places = np.unique(
         np.concatenate([np.linspace(*ends, BETWEEN + 1) for ends in pairwise(x)])
@@ -283,9 +285,10 @@ def _zero(
 class SusceptibilityPeak(NamedTuple):
     """The peak of the susceptibility of a system of `n` boids.
 
-    It is largest at the control parameter `x`, within `low` and `high`. The `height`
-    there has its own confidence interval. All are NaN if there is no peak, and `why`
-    has the reason.
+    The susceptibility is largest at the control parameter `x`, with a confidence
+    interval from `low` to `high`. The `height` at `x` has a confidence interval from
+    `height_low` to `height_high`. All numbers are NaN if there is no peak, and `why` is
+    the reason.
     """
 
     n: int
@@ -303,14 +306,14 @@ def susceptibility_peak(
 ) -> SusceptibilityPeak:
     """Return the peak of a polynomial through the logarithms of the susceptibility.
 
-    The polynomial goes through the points about the largest value that have at least
-    60 % of it. While it does not fit, points at the ends are left out. It is of fourth
-    degree, as peaks are not symmetric, or goes through all points if these are fewer
-    than five. All points have the same weight, by the mean square of their relative
-    errors, since errors from few trials correlate with the values. The confidence
-    interval of `x` has the values at which the slope is not significant. There is no
-    peak if this interval is unbounded, or if the largest value is at an end of the
-    axis.
+    The polynomial is fitted to the points around the largest value that have at least
+    60 % of the largest value. While the fit is rejected, points at the ends are left
+    out. The polynomial is of fourth degree, because peaks are not symmetric; fewer than
+    five points are interpolated. All points have equal weight, by the mean square of
+    the relative errors, because errors from few trials correlate with the values. The
+    confidence interval of `x` contains the values at which the slope is not
+    significant. There is no peak if this interval is unbounded, or if the largest value
+    is at an end of the axis.
     """
     chi = curve.susceptibility
     top = int(np.argmax(chi.value))
@@ -359,9 +362,9 @@ def _no_peak(curve: SizeCurve, why: str) -> SusceptibilityPeak:
 
 
 def _about(values: Floats, top: int) -> NDArray[np.int64]:
-    """Return the indices about `top` that have at least NEAR_THE_PEAK of its value.
+    """Return the indices around `top` with at least NEAR_THE_PEAK of the top value.
 
-    They are consecutive, and include the neighbours of `top` in any case.
+    The indices are consecutive, and always include the neighbours of `top`.
     """
     low = np.flatnonzero(values < NEAR_THE_PEAK * values[top])
     first = int(low[low < top].max(initial=-1)) + 1
@@ -372,8 +375,8 @@ def _about(values: Floats, top: int) -> NDArray[np.int64]:
 class _Polynomial(NamedTuple):
     """A polynomial that fits logarithms at `x`.
 
-    Its coefficients are in ascending order of powers. `freedom` are the degrees of
-    freedom of the errors.
+    The coefficients are in ascending order of powers. `freedom` is the number of
+    degrees of freedom of the errors.
     """
 
     x: Floats
@@ -387,7 +390,7 @@ class _Polynomial(NamedTuple):
         Parameters
         ----------
         places : array
-            Where it is evaluated, (Q,).
+            Positions at which to evaluate the polynomial, (Q,).
         derivative : bool, default False
             Return slopes and their errors instead.
 
@@ -407,7 +410,7 @@ class _Polynomial(NamedTuple):
 def _fitted(x: Floats, points: Means) -> _Polynomial:
     """Return the polynomial through the logarithms of `points`.
 
-    While it does not fit, the lower one of both ends is left out.
+    While the fit is rejected, the end with the lower value is left out.
     """
     from scipy.stats import chi2
 

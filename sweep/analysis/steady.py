@@ -1,4 +1,4 @@
-"""Mean of recorded series in their steady state, and checks that there is one."""
+"""Mean of recorded series in the steady state, and tests for a steady state."""
 
 import math
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ DRIFT_LEVEL = 0.01
 
 @dataclass(frozen=True)
 class SteadyState:
-    """The mean after the burn-in and its confidence interval.
+    """The mean after the burn-in, with a confidence interval.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class SteadyState:
     drift_p : float
         Two-sided p-value of no drift.
     problems : tuple of str
-        Why there may be no steady state, in words.
+        Reasons why there may be no steady state.
     """
 
     mean: float
@@ -69,15 +69,15 @@ class SteadyState:
 
 
 class SeriesTables(Protocol):
-    """A stored study, as far as tables of series by point need it."""
+    """The part of a stored study that tables of series by point need."""
 
     @property
     def trials(self) -> pd.DataFrame:
-        """The trials, one row per trial."""
+        """The table of trials."""
 
     @property
     def series(self) -> pd.DataFrame:
-        """The recorded series, one row per recorded frame of a trial."""
+        """The recorded series; rows are recorded frames of trials."""
 
     @property
     def varied(self) -> list[str]:
@@ -85,17 +85,17 @@ class SeriesTables(Protocol):
 
 
 def steady_state(series: ArrayLike, confidence: float = CONFIDENCE) -> SteadyState:
-    """Estimate the mean of a series (T,), or of independent ones (m, T), after burn-in.
+    """Estimate the mean of a series (T,) or independent series (m, T) after burn-in.
 
     `burn_in` decides which frames to leave out, and `drift` tests the rest at 1 %. For
     ten series or more this test alone decides whether there is a problem.
 
-    The confidence interval of one series is Student's with the effective sample size in
-    place of the number of frames. It is for a stationary series much longer than tau.
-    95 % intervals of AR(1) series cover 90 % at 50 tau, 93 % at 100 tau and 95 % at 300
-    tau, and up to 2 % of these series test as drifting. The interval of several series
-    is Student's between their means. It needs no length, and is also valid if each
-    series settles at another mean.
+    For a single series, the confidence interval is Student's, with the effective sample
+    size in place of the number of frames. The interval is valid for a stationary series
+    much longer than tau. For AR(1) series, 95 % intervals cover 90 % at 50 tau, 93 % at
+    100 tau and 95 % at 300 tau. Up to 2 % of AR(1) series test as drifting. For several
+    series, the interval is Student's interval of the series means. This interval needs
+    no minimum length, and is also valid if each series settles at a different mean.
 
     Raises ValueError for fewer than 20 frames and for values that are not finite.
     """
@@ -110,7 +110,7 @@ def steady_state(series: ArrayLike, confidence: float = CONFIDENCE) -> SteadySta
         else _interval_of_one(rest, time, confidence)
     )
     problems = ["the mean drifts"] if moved.p < DRIFT_LEVEL else []
-    # Many series show a drift by their differences. Few need their autocorrelation.
+    # Many series show a drift by differences; few series need the autocorrelation.
     few = len(values) < ENOUGH_SERIES
     problems += (
         ["no end of a burn-in was found"]
@@ -146,21 +146,21 @@ def steady_states(
     metric : str
         Recorded series.
     confidence : float, default 0.95
-        Of the interval of each point alone.
+        Confidence of the interval of each point alone.
 
     Returns
     -------
     DataFrame
-        One row per point, from its trials that are done. Columns: the varied
-        parameters, mean, low, high, series (their number), burn_in and tau (both in
-        steps), effective, reliable, drift_p, stationary, problems (in words), and
-        left_out, the number of trials that are not done or lack a value. A last frame
-        at a shorter distance than the others does not count.
+        A row per point, over the trials that are done. Columns: the varied parameters,
+        mean, low, high, series (number of series), burn_in and tau (in steps),
+        effective, reliable, drift_p, stationary, problems (as a string), and left_out
+        (number of trials that are not done or lack a value). A last frame at a shorter
+        distance than the frames before does not count.
 
     Raises
     ------
     ValueError
-        If the study has not recorded `metric`, or fewer than 20 frames of it.
+        If the study has not recorded `metric`, or has fewer than 20 frames.
     """
     if metric not in study.series or metric in ("trial_id", "frame"):
         raise ValueError(
@@ -178,9 +178,9 @@ def steady_states(
 
 
 def _row(series: pd.DataFrame, confidence: float) -> dict[str, object]:
-    """Return the columns of one point, except its parameters.
+    """Return the columns of a point, except the parameters.
 
-    `series` has one row per trial and one column per frame.
+    Rows of `series` are trials, and columns are frames.
     """
     series = series.dropna(axis="columns", how="all")
     frames = series.columns.to_numpy(np.int64)
@@ -222,7 +222,7 @@ def _row(series: pd.DataFrame, confidence: float) -> dict[str, object]:
 def _interval_of_one(
     values: Floats, time: Autocorrelation, confidence: float
 ) -> Interval:
-    """Return the interval of one series (1, T), by its variance and its tau."""
+    """Return the interval of a single series (1, T), from the variance and tau."""
     mean = float(values.mean())
     if math.isnan(time.tau):
         return Interval(mean, mean, mean, 1)

@@ -1,11 +1,11 @@
 """The driver of every campaign: ask, run, look, and ask again.
 
-A strategy requests trials, round after round. The driver runs those of a round that are
-not stored yet. The strategy then looks at their results and requests the next round,
-until it requests no more.
+A strategy requests trials, round after round. The driver runs the trials of a round
+that are not stored yet. The strategy then reads the results and requests the next
+round, until no trial is requested.
 
-The plan that lists the trials of a round is stored before they run. So each stored
-trial is in the plan, whenever the launch ends.
+The plan that lists the trials of a round is stored before the trials run. So each
+stored trial is in the plan, whenever the launch ends.
 """
 
 from collections.abc import Callable, Sequence
@@ -171,8 +171,8 @@ class _Campaign(Generic[P]):
     def _serve(self, requested: Round) -> Round:
         """Return the round with larger stored trials in place of missing ones.
 
-        A stored trial serves a missing one if it is the same run and records more. The
-        round then has the id of the stored trial.
+        A stored trial serves a missing trial if it is the same run and records more.
+        The round then has the id of the stored trial.
         """
         serving = self.served
         if self.study.continued:  # where a link ends is found by the id of the spec
@@ -189,7 +189,7 @@ class _Campaign(Generic[P]):
             )
         if not len(serving):
             return requested
-        if self.strategy.grows:  # its next plan lists them too
+        if self.strategy.grows:  # its next plan lists larger trials too
             self.served = serving
 
         def plan(origin: Origin) -> PlanTables:
@@ -234,7 +234,7 @@ class _Campaign(Generic[P]):
     def _run(self, jobs: Sequence[Job]) -> None:
         with self._continued(jobs) as prepared:
             self.report(self.progress)
-            if not len(prepared):  # all wait for links that have not come to their end
+            if not len(prepared):  # all wait for unfinished links
                 return
             run_jobs(
                 self.study,

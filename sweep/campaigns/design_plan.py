@@ -1,4 +1,4 @@
-"""The plan of a study whose points come from its axes."""
+"""The plan of a study with points from axes."""
 
 import numpy as np
 import pyarrow as pa

@@ -1,7 +1,8 @@
-"""A strategy with the same number of trials for every point of a design.
+"""A strategy with an equal number of trials for every point of a design.
 
-If an axis is continued, the trials are links of chains. All are requested at once: the
-results of earlier links decide which later ones can run, see `sweep.design.chains`.
+If an axis is continued, the trials are links of chains. All trials are requested at
+once: the results of earlier links decide which later links can run, see
+`sweep.design.chains`.
 """
 
 from collections.abc import Iterator

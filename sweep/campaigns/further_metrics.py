@@ -1,4 +1,4 @@
-"""The metrics requested of `sweep measure`, beyond those that a study records."""
+"""The metrics requested of `sweep measure` that a study does not record."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -16,7 +16,7 @@ from sweep.text import unknown
 class FurtherMetrics:
     """Requested metrics and expressions that a study does not record.
 
-    Raises ChoiceError for an unknown metric, and for an expression whose name is taken.
+    Raises ChoiceError for an unknown metric, and for an expression with a name in use.
     Raises CodeError for code that cannot be used or may not run.
 
     Attributes
@@ -56,7 +56,7 @@ class FurtherMetrics:
             if name not in recorded or known_texts.get(name) != text
         }
         if taken := self.derive.keys() & recorded:
-            words = f"{min(taken)} is recorded already: choose another name for it"
+            words = f"{min(taken)} is recorded already: choose another name"
             raise ChoiceError(words, study.name)
 
     @property
@@ -77,7 +77,7 @@ class FurtherMetrics:
     def record(self, stored: StoredTrial) -> dict[str, Any]:
         """Return the `record` section of a stored trial with the further metrics.
 
-        Raises ChoiceError if its model cannot have them.
+        Raises ChoiceError if the model of the trial does not support the metrics.
         """
         known = self.known(stored.provenance)
         before = stored.record
@@ -90,7 +90,7 @@ class FurtherMetrics:
         return record
 
     def spec(self) -> str:
-        """Return the text of the spec as last launched, with these metrics."""
+        """Return the text of the last launched spec, with the further metrics."""
         origin = self.study.provenance
         usual = self.known(origin).models[origin["model"]].metrics
         written = [self._written.get(name, name) for name in self.metrics]
@@ -103,11 +103,12 @@ class FurtherMetrics:
         return {key: record[key] for key, some in keys if some}
 
     def _joined(self, known: Catalogue, origin: Mapping[str, Any]) -> OwnCatalogue:
-        """Return a catalogue with the files, and note the names of their metrics."""
+        """Return a catalogue with the files, and note the names of metrics in files."""
         if "own" in origin and not is_ours(origin):
             words = (
-                "somebody else has launched it with code of their own, to which no file"
-                " of yours is added: launch it yourself, with the metric in its spec"
+                "another user has launched the study with custom code, to which your"
+                " files cannot be added: launch the study yourself, with the metric in"
+                " the spec"
             )
             raise ChoiceError(words, self.study.name)
         code = known.code if isinstance(known, OwnCatalogue) else None

@@ -1,4 +1,4 @@
-"""The entry point of `sweep launch`: it runs and stores the missing trials."""
+"""The entry point of `sweep launch`, which runs and stores the missing trials."""
 
 from collections.abc import Callable, Sequence
 
@@ -16,7 +16,7 @@ from sweep.workers import ExecutorFactory
 def check_launches(studies: Sequence[Study], share: Share | None = None) -> None:
     """Raise one SpecError with all errors that `launch` would raise for studies.
 
-    The errors are those before a trial runs.
+    Only errors before the first trial count.
     """
     mistakes = Mistakes()
     for study in studies:
@@ -25,12 +25,13 @@ def check_launches(studies: Sequence[Study], share: Share | None = None) -> None
 
 
 def check_flights(studies: Sequence[Study], executor: ExecutorFactory) -> None:
-    """Raise one ChoiceError if the engine cannot run trials of these studies.
+    """Raise one ChoiceError if the engine cannot run trials of some studies.
 
-    The error has all reasons. If a rule adds points to a study, only its first points
-    are known now; if a strategy asks for points of its own, only points like them.
+    The error has all reasons. If a rule adds points to a study, only the first points
+    are known now. If a strategy requests further points, only similar points are
+    checked.
     """
-    if executor.flying.device is None:  # a processor flies every trial
+    if executor.flying.device is None:  # a processor runs every trial
         return
     reasons = []
     for study in studies:
@@ -54,9 +55,9 @@ def launch(
 ) -> Progress:
     """Run the trials of a study that are not stored yet.
 
-    The plan of the store becomes that of this spec. Trials of an earlier plan stay
-    stored, apart. If a section of the spec has a strategy, the plan lists the trials
-    requested so far.
+    The plan of the store becomes the plan of this spec. Trials of an earlier plan
+    remain stored, apart. If a section of the spec has a strategy, the plan lists the
+    trials requested so far.
 
     Parameters
     ----------
@@ -68,7 +69,7 @@ def launch(
     retry : bool, default False
         Run trials again that are stored but not done.
     share : Share, optional
-        The shard to run, while other launches may run the others.
+        The shard to run; further launches may run the remaining shards.
     report : callable, optional
         Called with the progress, as `run_campaign` calls it.
 
@@ -102,8 +103,8 @@ def _strategy(
     section, value = study.strategy_section
     if share:
         message = (
-            "what trials follow depends on all that are stored:"
-            " this study cannot be launched in shares"
+            "the next trials depend on all stored trials:"
+            " this study cannot be launched in shards"
         )
         raise study.document.error(section.place, message)
     assert section.strategy

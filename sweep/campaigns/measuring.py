@@ -1,13 +1,13 @@
-"""Further metrics of stored trials, from their trajectories: `sweep measure`.
+"""Further metrics of stored trials, from trajectories: `sweep measure`.
 
-Each trial becomes the one that it would be if it had recorded the further metrics too:
-its rows in all tables, with more columns, under the id of this larger recording. So
-every command that reads, verifies or deletes trials works on it as on any. The plan
-then lists it in place of the former one, as after a launch of a spec with the metrics.
+The result equals a launch that recorded the further metrics from the start. Each trial
+gets more columns in all tables, and the id of the larger recording. So every command
+that reads, verifies or deletes trials works as on any trial. The plan then lists the
+new ids instead of the former ids, as after a launch of a spec with the metrics.
 
 First the values of all trials are computed. Then the parts are stored, then the spec,
-and the plan last. So nothing is stored if one trial is rejected. If the command ends
-before the plan is stored, the study is as it was, and the same command resumes.
+and the plan last. So no trial is stored if one trial is rejected. If the command ends
+before the plan is stored, the study is unchanged, and a repeated command resumes.
 """
 
 import json
@@ -60,7 +60,7 @@ from sweep.trial import (
 from sweep.workers import ExecutorFactory, drive
 
 ENDED = ("done", "diverged")
-"""Statuses that a trial has again, whatever it records."""
+"""Statuses that a trial has again for any recording."""
 
 
 @dataclass(frozen=True)
@@ -99,8 +99,8 @@ class MeasuredStudy:
 
 
 CHAINED = (
-    "its trials are links of chains, whose ids cover what all links before them record:"
-    ' add the metrics under "record" of its spec, and launch that'
+    "the trials are links of chains, and their ids cover the recording of all earlier"
+    ' links: add the metrics under "record" of the spec, and launch the spec'
 )
 
 
@@ -113,7 +113,7 @@ def measure(
     trust: bool = False,
     report: Callable[[int, int], None] = lambda _done, _all: None,
 ) -> MeasuredStudy:
-    """Compute further metrics of the stored trials of a study, and store them.
+    """Compute and store further metrics of the stored trials of a study.
 
     If an error is raised, all stored results remain.
 
@@ -129,10 +129,10 @@ def measure(
     executor : ExecutorFactory
         Engine that measures the trials.
     trust : bool, default False
-        Whether custom code of the study may run that somebody else has launched.
+        Whether custom code of a study that another user has launched may run.
     report : callable, optional
-        Called with the number of trials that have been read and measured, and the
-        number of all.
+        Called with the number of trials that were read and measured, and the number of
+        all trials.
 
     Returns
     -------
@@ -145,12 +145,13 @@ def measure(
     CodeError
         If custom code cannot be used, or may not run.
     StoreError
-        If another process is launching the study, or if this machine and this code do
-        not compute the stored trials. Also if the store cannot be read or written.
+        If another process is launching the study, or if a new run on this machine and
+        with this code would differ from a stored trial. Also if the store cannot be
+        read or written.
     """
     unlocked = StoredStudy(name, results, trust=trust)
     with custody(unlocked.store) as lock:
-        study = StoredStudy(name, results, trust=trust)  # from now on none changes it
+        study = StoredStudy(name, results, trust=trust)  # locked from now on
         if study.about.continued:
             raise ChoiceError(CHAINED, name)
         further = FurtherMetrics(study, requested)
@@ -165,7 +166,7 @@ def measure(
 class _Point(NamedTuple):
     """A stored trial and its successor: the job with the larger recording.
 
-    `study` is the study of this one trial. `missing` are the metrics that its row
+    `study` is the study of this trial alone. `missing` has the metrics that the row
     lacks.
     """
 
@@ -182,7 +183,7 @@ class _Point(NamedTuple):
 
 @dataclass(frozen=True)
 class _Group:
-    """Trials of one part that are stored again with further metrics.
+    """Trials of a single part that are stored again with further metrics.
 
     Attributes
     ----------
@@ -193,11 +194,11 @@ class _Group:
     provenance : dict
         Provenance of the stored trials.
     tables : list of str
-        Tables that they have.
+        Tables of the trials.
     metrics : tuple of str
         The further metrics.
     values : dict of dict
-        Values of their columns by new id; a trial that diverged has none.
+        Values of the new columns by new id; a diverged trial has no values.
     """
 
     pairs: Served
@@ -224,7 +225,7 @@ class _Measuring:
         self.executor = executor
         self.report = report
         if study.code is None:
-            words = "it was launched by a version before 0.7"
+            words = "a version before 0.7 launched the study"
             raise StoreError(f"{words}: {self._launch}", study.name)
         self.statuses = self.store.trial_ids()
         self.trials: list[str] = study.plan["trial_id"].to_pylist()
@@ -236,10 +237,10 @@ class _Measuring:
         self.counts = Counter[str]()
 
     def run(self, lock: Lock) -> MeasuredStudy:
-        """Compute, store the parts, and then the plan that lists them."""
+        """Compute, store the parts, and then the plan."""
         ended = self.ended
         if not ended:
-            raise ChoiceError("no trial of it is done yet: launch it", self.study.name)
+            raise ChoiceError("no trial is done yet: launch the study", self.study.name)
         self.report(0, len(ended))
         groups = list[_Group]()
         pairs = NONE_SERVED
@@ -258,7 +259,7 @@ class _Measuring:
         return self.done(metrics)
 
     def done(self, metrics: list[str]) -> MeasuredStudy:
-        """Return the outcome for a study that now records these metrics."""
+        """Return the outcome for a study that now records some metrics."""
         ended = len(self.ended)
         measured = self.counts["measured"]
         return MeasuredStudy(
@@ -274,13 +275,14 @@ class _Measuring:
     def _points(self, trials: Sequence[StoredTrial]) -> Iterator[_Point]:
         """Yield the successors of some trials of one part.
 
-        Raises StoreError if the id of a trial is not that of the run in its row.
+        Raises StoreError if the id of a trial does not match the run in the row of the
+        trial.
         """
         name = self.study.name
         maps = self.study.maps
         first = trials[0]
         if first.keeps_state:
-            words = "its trials keep last states, which have no further metrics"
+            words = "the trials record last states, which lack further metrics"
             raise ChoiceError(f"{words}: {self._launch}", name)
         known = self.further.known(first.provenance)
         before, _ = stored_point(name, known, maps, first, record=first.record)
@@ -295,7 +297,7 @@ class _Measuring:
             former_id, new_id = as_texts(np.concatenate(ids)).to_pylist()
             if former_id != job.trial_id:
                 raise StoreError(
-                    f"trial {job.trial_id} was computed by other code than that of now,"
+                    f"trial {job.trial_id} was computed by another version of the code,"
                     f" or has another map: {self._launch}",
                     name,
                 )
@@ -307,16 +309,16 @@ class _Measuring:
     def _launch(self) -> str:
         """Fix for trials that must run again, in words."""
         names = ", ".join(self.further.names)
-        return f'add {names} under "record" of its spec, and launch that'
+        return f'add {names} under "record" of the spec, and launch the spec'
 
     def _is_stored(self, point: _Point) -> bool:
         return self.statuses.get(point.job.trial_id) in ENDED
 
     def _group(self, points: Sequence[_Point], total: int) -> _Group:
-        """Measure trials, and return them with their values.
+        """Measure trials, and return the trials with the values.
 
-        The first trial shows whether they can have any, and compiles the kernels for
-        all.
+        The first trial shows whether the metrics are possible, and compiles the kernels
+        for all trials.
         """
         first, *_ = points
         done = [point for point in points if point.stored.row["status"] == "done"]
@@ -366,18 +368,21 @@ class _Measuring:
         series = stored.tables.get("series", {})
         for name in sources(record, point.missing, series)[0]:
             if lacking := what_lacks(point.study.known.metrics[name], record.every):
-                words = f"{name} needs {lacking}, and no trajectory has that"
+                words = f"{name} needs {lacking}; trajectories lack this information"
                 raise ChoiceError(f"{words}: {self._launch}", self.study.name)
             if "trajectories" not in stored.tables:
-                words = f"{name} needs trajectories, and none are stored"
+                words = f"{name} needs trajectories, and the study stores no trajectory"
                 raise ChoiceError(f"{words}: {self._launch}", self.study.name)
 
     def _checked(self, result: Remeasured, trial: str) -> dict[str, float]:
-        """Return the further columns of a trial. Raises as `measure` if it has none."""
+        """Return the further columns of a trial.
+
+        Raises the errors of `measure` if a value is missing.
+        """
         if result.need:
             words = (
-                f"{result.need[0]} looks at more than trajectories have: at what was"
-                " counted, or at the velocities one step earlier"
+                f"{result.need[0]} needs more than trajectories have: counted events,"
+                " or the velocities one step earlier"
             )
             raise ChoiceError(f"{words}: {self._launch}", self.study.name)
         if result.wrong:
@@ -395,7 +400,7 @@ class _Measuring:
     def _flown(self, point: _Point, *, flies: bool) -> FlownTrial:
         """Return a trial with its frames.
 
-        Raises StoreError if they are not as a launch writes them.
+        Raises StoreError if the frames differ from the output of a launch.
         """
         job = point.job
         tables = point.stored.tables
@@ -410,7 +415,7 @@ class _Measuring:
             bodies = _in_frames(flight, FLIGHT if flight else (), steps, n)
             states = _in_frames(flight, state, steps, n)
             if not (np.isfinite(bodies).all() and np.isfinite(states).all()):
-                raise ValueError("a number in them is not finite")
+                raise ValueError("a number is not finite")
         except ValueError as error:
             words = f"the frames of trial {point.stored.row['trial_id']} are damaged"
             message = f"{words}, {error}: {self._launch}"
@@ -429,7 +434,7 @@ class _Measuring:
     def _read(self, name: str, pairs: Served, point: Study) -> pa.Table:
         """Return the stored rows of trials in a table.
 
-        Raises StoreError for a table that no launch writes.
+        Raises StoreError for a table that differs from the output of a launch.
         """
         trials = as_texts(pairs.missing.ids).combine_chunks()
         table = self.store.read(name, trial_ids=trials)
@@ -453,16 +458,16 @@ class _Measuring:
             try:
                 table = pa.table(columns).select(schema.names).cast(schema)
             except (KeyError, pa.ArrowException) as error:
-                words = f"its stored {name} are not what a launch writes ({error})"
+                words = f"the stored {name} are not the output of a launch ({error})"
                 raise StoreError(f"{words}: {self._launch}", self.study.name) from None
             tables[name] = table
         self.store.append(tables)
         self.store.gather()
 
     def _publish(self, pairs: Served, point: Study) -> list[str]:
-        """Store the plan and the spec that list the trials with their further metrics.
+        """Store the plan and the spec that list the trials with the further metrics.
 
-        Returns the names of these metrics.
+        Returns the names of the metrics.
         """
         metadata = self.study.about
         known = self.further.known(self.study.provenance)
@@ -485,12 +490,12 @@ class _Measuring:
 def _relist(study: StoredStudy) -> bool:
     """Repair the table of a search that still names trials without further metrics.
 
-    The plan lists these trials with the metrics. It is stored again, with the same
-    trials in both tables. Returns whether that was needed. Raises StoreError for a
-    trial that is not stored.
+    The plan lists such trials with the metrics. The plan is stored again, with equal
+    trials in the plan and in the table. Returns whether the repair was needed. Raises
+    StoreError for a trial that is not stored.
 
-    Up to version 0.18 these were two files, and a measurement that was killed between
-    them has left such a study.
+    Up to version 0.18 plan and table were two files. A measurement that was killed
+    between the two files has left such a study.
     """
     store = study.store
     search_table = study.store.read_asked()
@@ -515,7 +520,7 @@ def _relist(study: StoredStudy) -> bool:
     new_ids = {trial: row["trial_id"] for trial, row in former_rows.items() if row}
     if len(new_ids) < len(ids):
         words = (
-            f"its plan lacks {len(ids) - len(new_ids):,} trials that it has asked for"
+            f"the plan lacks {len(ids) - len(new_ids):,} trials that the search needs"
         )
         raise StoreError(f"{words}: run the search again", study.name)
     pairs = Served.of(packed(new_ids), packed(new_ids.values()))
@@ -545,18 +550,18 @@ def _columns(study: str, group: _Group, trials: pa.ChunkedArray) -> dict[str, pa
 def _in_frames(
     table: Columns, names: Sequence[str], steps: NDArray[np.int64], size: int
 ) -> NDArray[np.float64]:
-    """Return the columns of these names as an array (F, names, size).
+    """Return the columns of some names as an array (F, names, size).
 
-    They have `size` values per frame. Raises ValueError if frames are not at these
-    steps, or a column has other values.
+    The columns have `size` values per frame. Raises ValueError if frames are not at the
+    given steps, or if a column has an unexpected type or size.
     """
     values = np.empty((len(steps), len(names), size))
     frames = table.get("frame", np.empty(0))
     if names and not np.array_equal(frames, steps):
-        raise ValueError("they are at other steps")
+        raise ValueError("the steps are wrong")
     for place, name in enumerate(names):
         column = table.get(name, np.empty(0))
         if column.dtype != np.float64 or column.size != len(steps) * size:
-            raise ValueError(f"{name} has other values")
+            raise ValueError(f"{name} has an unexpected type or size")
         values[:, place] = column.reshape(len(steps), size)
     return values

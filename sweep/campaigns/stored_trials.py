@@ -1,6 +1,6 @@
-"""The trials stored when a launch begins, and the results of those that it runs.
+"""The trials stored when a launch begins, and the results of new trials.
 
-So the store is read once, however many rounds a campaign has.
+So the store is read only once, for any number of rounds of a campaign.
 """
 
 from collections.abc import Iterable, Sequence
@@ -17,10 +17,10 @@ from sweep.trial import FAILED, Result
 
 
 class StoredTrials:
-    """The stored trials of a study: for each its id, its status, and some `columns`.
+    """The stored trials of a study: id, status and some `columns` of each trial.
 
-    With `retry`, only trials that are done do not run again. Raises StoreError if they
-    cannot be read, or are not as a launch writes them.
+    With `retry`, only trials that are done do not run again. Raises StoreError if the
+    trials cannot be read, or differ from the output of a launch.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class StoredTrials:
     table : Table
         Status and columns of these trials, n rows.
     final : array of bool
-        Whether each of them does not run again, shape (n,).
+        Whether each of these trials does not run again, shape (n,).
     """
 
     def __init__(self, store: Store, columns: Sequence[str], *, retry: bool) -> None:
@@ -57,7 +57,7 @@ class StoredTrials:
         self._noted_rows = self.schema.empty_table()
 
     def ask(self, ids: Ids) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Begin a round of trials, and return which of them need not run.
+        """Begin a round of trials, and return which trials need not run.
 
         Parameters
         ----------
@@ -69,7 +69,7 @@ class StoredTrials:
         stored : array of bool
             Whether each trial was stored when the launch began, shape (n,).
         final : array of bool
-            Whether it is stored and does not run again, shape (n,).
+            Whether each trial is stored and does not run again, shape (n,).
         """
         self._begin(ids)
         places = self.known.places(ids)
@@ -101,7 +101,7 @@ class StoredTrials:
         self._noted_rows = pa.concat_tables([self._noted_rows, table])
 
     def look(self) -> pa.Table:
-        """Return the stored rows of the trials of the round, as Look describes them."""
+        """Return the stored rows of the trials of the round, as described by Look."""
         both = pa.concat_tables([self.table, self._noted_rows])
         noted = KnownIds.of(np.concatenate([NO_IDS, *self._noted]))
         before, new = (ids.places(self._requested) for ids in (self.known, noted))

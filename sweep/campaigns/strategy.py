@@ -1,9 +1,9 @@
 """The interface of a strategy, which decides which trials of a study are requested.
 
-A strategy requests trials in rounds. Its requests follow only from the spec and from
-stored results. So the number of workers, the order in which results come back, and
-interruptions change nothing. `FixedStrategy` has one round, with all trials of the
-design. Methods have strategies of their own, such as a round per rung of a race.
+A strategy requests trials in rounds. The requests follow only from the spec and from
+stored results. So the requests do not depend on the number of workers, the order of
+results, or interruptions. `FixedStrategy` has a single round, with all trials of the
+design. Methods have their strategies, such as a round per rung of a race.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -20,16 +20,16 @@ from sweep.spec import Study
 from sweep.store import Share
 
 Origin = Mapping[str, object]
-"""Provenance of results, as `sweep.store.provenance` returns it."""
+"""Provenance of results, from `sweep.store.provenance`."""
 
 PlanTables = tuple[pa.RecordBatchReader, pa.Table | None]
-"""The plan, some rows at a time, and the table of a search, if there is one."""
+"""The plan, some rows at a time, and the table of a search, if there is a search."""
 
 Look = Callable[[], pa.Table]
-"""Function that returns a stored row per trial of the last round, in their order.
+"""Function that returns a stored row per trial of the last round, in order.
 
-The columns are `status` and those that the strategy looks at. A cell is null if the
-trial is not stored, or has no such value.
+The columns are `status` and all columns in `looks_at` of the strategy. A cell is null
+if the trial is not stored, or lacks the value.
 """
 
 P_co = TypeVar("P_co", bound=Progress, covariant=True)
@@ -37,7 +37,7 @@ P_co = TypeVar("P_co", bound=Progress, covariant=True)
 
 @dataclass(frozen=True, eq=False)
 class Round:
-    """Trials that are requested together, none of which was requested before.
+    """Trials that are requested together, and were not requested before.
 
     Attributes
     ----------
@@ -48,10 +48,10 @@ class Round:
     plan : callable
         Returns the tables of all trials requested so far. The campaign calls it before
         it runs the missing trials of this round. If no trial of the last round is
-        missing, it calls it at the end.
+        missing, the campaign calls `plan` at the end.
     led_by : Ids, optional
         Ids that decide the shard of each trial, shape (n,), where a shard must have
-        some trials together. By default each trial decides for itself.
+        some trials together. By default the id of each trial decides.
     """
 
     ids: Ids
@@ -81,14 +81,14 @@ class Strategy(Protocol[P_co]):
     def progress(self) -> P_co:
         """Progress in which the campaign counts trials.
 
-        The strategy enters the numbers that it alone knows.
+        The strategy enters the numbers that only the strategy knows.
         """
 
     @property
     def grows(self) -> bool:
         """True if there may be a second round.
 
-        Only such a strategy may look.
+        Only strategies with this property may look.
         """
 
     @property
@@ -96,22 +96,22 @@ class Strategy(Protocol[P_co]):
         """Columns that a look shows, in addition to the status."""
 
     def rounds(self, look: Look) -> Iterator[Round]:
-        """Yield one round after the other.
+        """Yield round after round.
 
-        The next one is requested when all trials of the last one are stored. In a
-        launch of a shard, trials of other shards may be missing.
+        The next round is requested when all trials of the last round are stored. In a
+        launch of a shard, trials of further shards may be missing.
         """
 
 
 def beyond(before: Counts, trials: Counts) -> NDArray[np.bool_]:
-    """Return which trials come after the first ones of their points.
+    """Return which trials of each point are new.
 
     Parameters
     ----------
     before : array of int
         Number of trials that each point had, shape (P,).
     trials : array of int
-        Number of trials that it has now, shape (P,).
+        Number of trials that each point has now, shape (P,).
 
     Returns
     -------
@@ -129,7 +129,7 @@ def filled(
     values: NDArray[np.float64],
     before: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Merge the values of new trials with those from before, each in its order.
+    """Merge the values of new trials with earlier values, and keep the two orders.
 
     Parameters
     ----------

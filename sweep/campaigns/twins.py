@@ -1,6 +1,6 @@
-"""Trials that run again because more is recorded of them.
+"""Trials that run again for a larger recording.
 
-The stored results of the same run must come out again, bitwise identical.
+A repeated run must reproduce the stored results, bitwise identical.
 """
 
 from collections.abc import Iterable, Sequence
@@ -35,14 +35,14 @@ from sweep.tables import checked_numbers
 from sweep.trial import Result
 
 Stored = tuple[NDArray[np.uint64], NDArray[np.bool_]]
-"""Digests of the stored values of n trials, and a mask of those done, shape (n,)."""
+"""Digests of the stored values of n trials, and a mask of done trials, shape (n,)."""
 NO_VALUE = np.float64(np.nan).view(np.uint64)
 
 
 class Twins(NamedTuple):
-    """Stored trials of one recording that are the same runs as some jobs.
+    """Stored trials of one recording, each the same run as one of some jobs.
 
-    They record less than the jobs. Each takes 24 bytes.
+    These trials record less than the jobs. Each trial takes 24 bytes.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class Twins(NamedTuple):
     recording : Recording
         Recording of the stored trials.
     columns : list of str
-        Columns that both have.
+        Columns of stored trials and jobs.
     known : KnownIds
         Ids of the n jobs.
     digests : array of uint64
@@ -93,10 +93,10 @@ class Twins(NamedTuple):
             if _bits(np.array(then[name])) != _bits(np.array(computed[name]))
         )
         return StoreError(
-            f"trial {job.trial_id} is the same flight as the stored trial"
+            f"trial {job.trial_id} is the same run as the stored trial"
             f" {then['trial_id']}, but its {name} is {computed[name]!r}, and"
             f" {then[name]!r} is stored: another processor or library may have computed"
-            " it. What is done is stored; launch again to go on, and"
+            " the stored trial. Finished trials are stored; launch again to resume, and"
             f' "sweep verify {self.study.name}" compares more trials',
             self.study.name,
         )
@@ -109,7 +109,7 @@ def twins(
     recordings: Iterable[Recording],
     served: Served,
 ) -> list[Twins]:
-    """Return the stored trials that must come out again when jobs run.
+    """Return the stored trials that the run of some jobs must reproduce.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def twins(
     recordings : iterable of Recording
         Recordings of stored trials that belong to another spec.
     served : Served
-        Jobs that do not run, since larger stored trials serve in their place.
+        Jobs that do not run, because larger stored trials serve in their place.
 
     Returns
     -------
@@ -184,7 +184,7 @@ def _read(store: Store, columns: list[str], known: KnownIds) -> Stored:
             places, numbers, ended = of_part(part)
             digests[places] = numbers
             done[places] = ended
-            # Else what each part has freed would be kept beside what the next takes.
+            # Otherwise freed memory of a part would stay in use with the next part.
             give_back()
         return digests, done
 
@@ -192,7 +192,7 @@ def _read(store: Store, columns: list[str], known: KnownIds) -> Stored:
 
 
 def _bits(values: NDArray[np.float64]) -> NDArray[np.uint64]:
-    """Return the bits of numbers, with the same bits for every NaN."""
+    """Return the bits of numbers, with equal bits for every NaN."""
     bits = np.ascontiguousarray(values, np.float64).view(np.uint64)
     return np.where(np.isnan(values), NO_VALUE, bits)
 

@@ -1,7 +1,7 @@
 """Compilation of kernels ahead of a launch, for images and clusters.
 
-Trials run for one step, as the first step of a launch: so the cache has what a launch
-loads from it, and no more.
+Trials run for a single step, as the first step of a launch. So the cache has exactly
+the kernels that a launch loads.
 """
 
 import time
@@ -24,21 +24,22 @@ from sweep.workers import in_a_line
 IDEAL = {name: COMMON[name] for group in ROBOT_GROUPS for name in group._fields} | {
     "obstacle_speed": COMMON["obstacle_speed"]
 }
-"""Parameters of robots and of moving obstacles, with the values that disable them."""
+"""Parameters of robots and of moving obstacles, with values that disable the feature.
+"""
 MOST_POINTS = 10_000
-"""Number of points that are searched for those that need another kernel."""
+"""Number of points that are searched for points that need another kernel."""
 
 
 def cache_folder() -> Path:
-    """Return the folder of compiled kernels. Raises CacheError if it is not known."""
+    """Return the folder of compiled kernels. Raises CacheError without a folder."""
     return usual()
 
 
 def warm_study(study: Study) -> float:
     """Compile the kernels that the trials of a study need.
 
-    Trials that may run together are compiled for that too. Returns the seconds that it
-    took. Raises SpecError if no trial can take a step.
+    The kernels of batches are compiled too, if batches are possible. Returns the
+    seconds that this took. Raises SpecError if no trial can take a step.
     """
     began = time.perf_counter()
     study = study.stand_in
@@ -56,17 +57,17 @@ def warm_study(study: Study) -> float:
 
 
 def _warm_together(job: Job) -> None:
-    """Compile the kernels for trials like `job` that run together, if they may."""
+    """Compile the kernels for batches of trials like `job`, if batches are possible."""
     alike = [replace(job, replicate=k) for k in range(AT_ONCE)]
     if len(next(groups(alike))) > 1:
         warm_together(alike)
 
 
 def warm_model(model: str, *, code: bool = True) -> float:
-    """Compile a model with each of its presets, and all metrics that it can record.
+    """Compile a model with each preset, and all metrics that the model can record.
 
-    Returns the seconds that it took. Raises SpecError for an unknown model, for one
-    that cannot run, and without `code` for a file.
+    Returns the seconds that this took. Raises SpecError for an unknown model, for a
+    model that cannot run, and without `code` for a file.
     """
     name, known = named_model(model, code=code)
     if name not in known.models:
@@ -95,8 +96,8 @@ def _fits(spec: dict[str, Any], metric: str) -> bool:
 def unlike(study: Study, design: Design) -> Iterator[Job]:
     """Yield a trial for each combination of choices that may need another kernel.
 
-    The choices are maps, initial conditions and others, and the parameters that make
-    robots of boids.
+    The choices are maps, initial conditions and further choices, and the parameters
+    that make robots of boids.
     """
     looked = evenly(design.n_points, MOST_POINTS)
     spreads = [name for name, setting in study.settings.items() if setting.spread_of]

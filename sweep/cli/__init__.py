@@ -1,37 +1,46 @@
 """The command line. Data goes to stdout; progress and messages go to stderr.
 
 Exit codes: 0 fine, 1 some trials are not done or differ, 2 wrong usage or a bad spec,
-130 interrupted by Ctrl-C, SIGTERM or SIGHUP. The commands import everything heavy
-themselves, so that `sweep --help` answers at once.
+130 interrupted by Ctrl-C, SIGTERM or SIGHUP. Each command imports heavy modules itself,
+so that `sweep --help` answers at once.
 
     app              the app, and options that commands share
     engines          the options that choose where trials run
     starting         init, new: a new study, and custom code
+
     running          launch, search, plan, reproduce
+    measuring        measure: further metrics of stored trials
+    warming          warm: compiles ahead
+    checking         check: the requirements of a model
+
     reading          status, table, power, boundary, hysteresis, resilience,
                      scaling, plot, compare, validity
     reporting        commands that print a report
     overview         list, columns: stored studies and columns
-    measuring        measure: further metrics of stored trials
+
     maintenance      replay, verify, diff, gc, rename, rm, export,
                      flocks
-    sharing          pack, load, cite, odd: a study for others
+    sharing          pack, load, cite, odd: a study for other people
+
     own_code         code: custom code of a stored study
     viewing          view: the live simulator
+
     showing          show: the results explorer, or a study as one file
-    supplementing    the options of that file
+    supplementing    the options of the file of a study
     page_beside      the explorer next to a launch
+
     guide            guide: the documentation, in the terminal
-    warming          warm: compiles ahead
-    checking         check: the requirements of a model
     catalogue        models, maps, metrics, schema
     listing          tables of models, maps, metrics and stored trials
+
     progress         the progress of a launch, on stderr
-    progress_line    the progress of other work, on stderr
+    progress_line    the progress of further work, on stderr
     replay_files     the files that a replay writes
     completing       names that a shell completes
+
     spec_files       the file of a spec that a command names, or of a stored study
     topics           the guide by topics
+
     output           errors of standard output
     terminal         tables and lines, by rich
 """
@@ -83,11 +92,11 @@ def main() -> None:
         if isinstance(ending, SystemExit) and ending.code != INTERRUPTED:
             raise
         stop(
-            "interrupted; what is done is stored,"
-            " and the same command goes on from there",
+            "interrupted; finished trials are stored,"
+            " and the same command resumes the run",
             INTERRUPTED,
         )
     except BrokenPipeError:
-        pass  # the reader of our output has seen enough
+        pass  # the reader of the output has closed the pipe
     except UserError as error:
         stop(str(error), error.exit_code)

@@ -28,19 +28,19 @@ A YAML file describes a study, for example spec.yaml:
 \b
 {indent(FIRST.read_text(encoding="utf-8"), "    ")}
 \b
-sweep plan spec.yaml      number of trials, and an estimate of the time
-sweep launch spec.yaml    run the trials
-sweep table my/first      means with confidence intervals
+sweep plan spec.yaml      trials and estimated time
+sweep launch spec.yaml    run trials
+sweep table my/first      means, confidence intervals
 sweep plot my/first       figures
-sweep guide               the user guide
+sweep guide               user guide
 """
 EXAMPLES = re.compile(r"^Examples\n-+\n((?:.+\n?)+)", re.MULTILINE)
-"""The section of a docstring with commands, each in its line."""
+"""The section of a docstring with commands, one per line."""
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 class Group(StrEnum):
-    """The groups of commands in the help, in their order."""
+    """The groups of commands, in the order of the help."""
 
     start = "Start"
     run = "Run"
@@ -51,7 +51,7 @@ class Group(StrEnum):
 
 
 class Command(TyperCommand):
-    """A command whose help ends with the examples of its docstring."""
+    """A command with a help that ends with the examples of the docstring."""
 
     @property
     def examples(self) -> list[str]:
@@ -61,15 +61,15 @@ class Command(TyperCommand):
         return [line for line in lines if line.startswith("sweep ")]
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
-        """Write the help, and then each example in its line.
+        """Write the help, and then each example on a separate line.
 
         Parameters
         ----------
         ctx : click.Context
             The context of the command.
         formatter : click.HelpFormatter
-            The formatter that gets the help. With rich, the help is printed at once;
-            the content of the formatter is printed after it, without new line breaks.
+            The formatter that gets the help. With rich, the help is printed at once,
+            and the content of the formatter follows without new line breaks.
         """
         super().format_help(ctx, formatter)
         if self.examples:
@@ -78,7 +78,7 @@ class Command(TyperCommand):
 
 
 class Commands(TyperGroup):
-    """All commands, in the order of their groups."""
+    """All commands, in the order of the groups."""
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Return the names of the commands.
@@ -98,15 +98,15 @@ class Commands(TyperGroup):
 
 
 class App(typer.Typer):
-    """An app whose commands have their help from docstrings."""
+    """An app with commands whose help is from docstrings."""
 
     def command(
         self, name: str | None = None, **options: Any
     ) -> Callable[[Function], Function]:
         """Enter a command.
 
-        The docstring is the help, up to its sections. The lines of the section Examples
-        are commands, which end the help.
+        The docstring is the help, up to the first section. The lines of the section
+        Examples are commands, which end the help.
 
         Parameters
         ----------
@@ -243,7 +243,7 @@ Workers = Annotated[
 
 
 def one_format(**formats: bool) -> None:
-    """End the command if two formats are chosen, each by the option of its name."""
+    """End the command if two formats are chosen, each by the option of that name."""
     if len(chosen := [f"--{name}" for name in formats if formats[name]]) > 1:
         stop(f"{' and '.join(chosen)} are two formats: choose one")
 

@@ -1,7 +1,7 @@
 """Completions in a shell: names of studies, models and topics of the guide.
 
-A completion must be fast, and a folder may be anyone's. So the module looks for files
-and reads a small part of one, but imports no kernels and reads no stored tables.
+A completion must be fast, and a folder may be untrusted. So the module looks for files
+and reads a small part of a file, but imports no kernels and reads no stored tables.
 """
 
 from collections.abc import Iterable
@@ -34,7 +34,7 @@ def study_names(context: typer.Context, beginning: str) -> list[str]:
 def _beginning(beginning: str, names: Iterable[str]) -> list[str]:
     """Return the names that start with `beginning`, and that a shell reads as one word.
 
-    Names of files may come from others.
+    Names of files may be untrusted.
     """
     return [
         name

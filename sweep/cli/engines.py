@@ -1,4 +1,4 @@
-"""The options that choose where trials run, and the engine that they choose."""
+"""The options that choose where trials run, and the chosen engine."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,11 +13,11 @@ if TYPE_CHECKING:
 LOCAL = "local"
 """The default engine."""
 PROCESSORS = "cpu"
-"""Its name where trials run again that a device has run."""
+"""The default engine where trials run again that a device has run."""
 
 
 def engine_names(beginning: str) -> list[str]:
-    """Return the names of engines that begin so, for a shell."""
+    """Return the names of engines that start with `beginning`, for a shell."""
     from sweep.workers import ENGINES
 
     return [name for name in ENGINES if name.startswith(beginning)]
@@ -41,8 +41,8 @@ Address = Annotated[
     typer.Option(
         metavar="tcp://HOST:PORT",
         help=(
-            "Address of the dask scheduler. Everybody who can reach the scheduler can"
-            " run code on its workers and on this machine: use a private network, or"
+            "Address of the dask scheduler. Anybody with access to the scheduler can"
+            " run code on the workers and on this machine: use a private network, or"
             " tls://HOST:PORT."
         ),
     ),
@@ -74,7 +74,7 @@ def engine(
     address : str, optional
         The address of the scheduler of a cluster.
     scheduler_file : Path, optional
-        The file in which the scheduler has written its address, instead of `address`.
+        The file with the address of the scheduler, instead of `address`.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def engine(
         raise WorkersError(unknown("executor", name, ENGINES))
     factory = ENGINES[name].make(EngineOptions(workers, address, scheduler_file))
     if lacking := [member for member in MEMBERS if not hasattr(factory, member)]:
-        raise WorkersError(f'executor "{name}": its engine lacks {", ".join(lacking)}')
+        raise WorkersError(f'executor "{name}": the engine lacks {", ".join(lacking)}')
     try:
         yield factory
     finally:

@@ -1,4 +1,4 @@
-"""The command that shows the guide: its pages, and the linked ones."""
+"""The command that shows the guide: the pages of the guide, and linked pages."""
 
 import re
 from typing import Annotated
@@ -19,7 +19,7 @@ from sweep.errors import ChoiceError
 from sweep.text import shortened, similar, unknown
 
 FEW = 6
-"""Topics that an error names."""
+"""Maximum number of topics in an error."""
 
 
 @app.command(rich_help_panel=Group.start)
@@ -27,8 +27,8 @@ def guide(
     topic: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Topic or its beginning, such as `searching`; by default a list of all"
-            " topics. With --search: words to find.",
+            help="Topic, or the beginning of a topic, such as `searching`; by default a"
+            " list of all topics. With --search: words to find.",
             autocompletion=guide_topics,
         ),
     ] = None,
@@ -72,9 +72,9 @@ def guide(
 
 
 def _chosen(topic: str, topics: dict[str, Topic]) -> str:
-    """Return the topic of this name, or the only one that begins so or has that word.
+    """Return the topic of this name, or the only topic with this beginning or word.
 
-    Raises ChoiceError if there is none.
+    Raises ChoiceError if there is no such topic.
     """
     link = earlier_names(topics).get(slug(topic), slug(topic))
     exact = [name for name in topics if name == link]
@@ -89,15 +89,17 @@ def _chosen(topic: str, topics: dict[str, Topic]) -> str:
         raise ChoiceError(unknown(kind, topic, begin or within or topics))
     more = ", ..." if len(mentions) > FEW else ""
     raise ChoiceError(
-        f'no topic is called "{shortened(topic)}"; these have it, as `sweep guide'
-        f" --search {shortened(topic)}` shows: {', '.join(mentions[:FEW])}{more}"
+        f'no topic is called "{shortened(topic)}"; topics that contain the word (sweep'
+        f" guide --search {shortened(topic)}): {', '.join(mentions[:FEW])}{more}"
     )
 
 
 def _print_hits(words: str, topics: dict[str, Topic]) -> None:
-    """Print each paragraph that has the words, below the name of its topic."""
+    """Print each paragraph that has the words, below the name of the topic."""
     if not words.strip():
-        raise ChoiceError("--search needs a word, as in `sweep guide --search torus`")
+        raise ChoiceError(
+            "--search needs a word, such as in sweep guide --search torus"
+        )
     topic = ""
     for hit in search(words, topics):
         if hit.topic != topic:

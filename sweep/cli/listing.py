@@ -29,7 +29,7 @@ from sweep.workers import MOST_CAUSES
 
 
 def model_table() -> Table:
-    """Return the table of models, their presets and sources."""
+    """Return the table of models with presets and sources."""
     table = Table("model", "presets", "metrics recorded by default", "source")
     for name, model in MODELS.items():
         presets = ", ".join(model.presets)
@@ -41,7 +41,7 @@ def model_table() -> Table:
 def model_settings(name: str, known: Catalogue) -> Table:
     """Return the table of the parameters of a model: unit, range and preset values.
 
-    Its caption names the parameters that may differ between robots.
+    The caption names the parameters that may differ between robots.
     """
     model = known.models[name]
     settings = settings_of(name, known)
@@ -83,12 +83,12 @@ def model_json(name: str, known: Catalogue) -> dict[str, Any]:
 
 
 def _finite(value: Value) -> Value:
-    """Return a value that JSON can have: an infinite one as a string."""
+    """Return a value that JSON can have: an infinite number as a string."""
     return str(value) if isinstance(value, float) and math.isinf(value) else value
 
 
 def torus_text(model: Model) -> list[str]:
-    """Return a line for each preset of a model whose torus wraps positions only."""
+    """Return a line for each preset with a torus that wraps positions only."""
     return [
         f"The torus of preset {preset} {WRAPS_ONLY}" for preset in only_wrapping(model)
     ]
@@ -103,9 +103,9 @@ def spreads_text(settings: Settings) -> str:
 
 
 def built_in_table(workers: int) -> Table:
-    """Return the table of built-in studies, with the estimated time of each.
+    """Return the table of built-in studies, with the estimated time of each study.
 
-    The time is for so many workers.
+    The time is for `workers` worker processes.
     """
     table = Table(*("study", "model", "trials", "time", "what it is"))
     for study in built_in_studies(workers):
@@ -117,7 +117,7 @@ def built_in_table(workers: int) -> Table:
 
 
 def map_table() -> Table:
-    """Return the table of environment maps and their sources."""
+    """Return the table of environment maps with sources."""
     table = Table("map", "size", "what it is", "source")
     for name, map_ in MAPS.items():
         size = (
@@ -140,13 +140,13 @@ def metric_table() -> Table:
 
 
 def _source(registry: Registry[Any], name: str, source: str) -> str:
-    """Return the source of an entry, with the package of one that is not built in."""
+    """Return the source of an entry, with the package unless the entry is built-in."""
     owner = registry.origins.get(name)
     return f"{source} ({owner})" if owner else source
 
 
 def refusals(registry: Registry[Any]) -> list[str]:
-    """Return a line for each entry of another package that cannot be used."""
+    """Return a line for each entry of an installed package that cannot be used."""
     return [f"{name} cannot be used: {why}" for name, why in registry.refused.items()]
 
 
@@ -173,7 +173,7 @@ def status_json(study: StoredStudy) -> str:
 def status_text(study: StoredStudy) -> str:
     """Return counts by status, the causes of failures, and the origin of the results.
 
-    Each cause has the command that shows its error.
+    Each cause has the command that shows the error.
     """
     statuses = study.statuses()
     origin = study.provenance
@@ -184,12 +184,12 @@ def status_text(study: StoredStudy) -> str:
     ]
     lines += [f"{status:<9} {count:,}" for status, count in sorted(statuses.items())]
     lines += (
-        [f"apart     {study.apart():,} stored trials of another spec or other kernels"]
+        [f"apart     {study.apart():,} stored trials of another spec or other code"]
         if study.apart()
         else []
     )
     lines += [
-        f"cut off   {so_many(count, 'trial')} of chains, not run: a link before"
+        f"cut off   {so_many(count, 'trial')} of chains, not run: an earlier link"
         f" {status}"
         for status, count in sorted(cut_off(study).items())
     ]
@@ -219,7 +219,7 @@ def status_text(study: StoredStudy) -> str:
 def _causes(study: StoredStudy) -> list[Cause]:
     """Return the causes of trials that are not done.
 
-    Trials are read only if there are some.
+    Trials are read only if such trials exist.
     """
     troubled = study.statuses().keys() - {"done", "missing"}
     return causes_of(study.trials) if troubled else []

@@ -32,7 +32,7 @@ DryRun = Annotated[
 
 
 class Exportable(StrEnum):
-    """The tables of a study that a file can have."""
+    """The tables of a study that can be exported."""
 
     trials = "trials"
     series = "series"
@@ -102,7 +102,7 @@ def replay(
     row = stored.trial(trial).row
     if row["status"] == "failed":
         cause = in_a_line(str(row["error"]))
-        print(f"{study}: this trial has failed: {cause}", file=sys.stderr, flush=True)
+        print(f"{study}: the trial has failed: {cause}", file=sys.stderr, flush=True)
     report, same = run_again(stored, trial)
     print(report)
     for path in show(stored, trial, files):
@@ -172,7 +172,9 @@ def verify(
 def diff(
     spec: Annotated[
         Path,
-        typer.Argument(help="Spec to compare with its study as last launched."),
+        typer.Argument(
+            help="Spec to compare with the last launched spec of the study."
+        ),
     ],
     other: Annotated[
         Path | None, typer.Argument(help="Second spec, to compare with the first.")
@@ -223,8 +225,8 @@ def gc(
 ) -> None:
     """Delete stored trials that the spec does not use.
 
-    Such trials left the spec, or other versions of the code computed them. Asks for
-    confirmation, and also merges small files of results.
+    Such trials are no longer in the spec, or other versions of the code computed the
+    trials. Asks for confirmation, and also merges small files of results.
 
     Examples
     --------
@@ -245,14 +247,17 @@ def gc(
 
 
 def _ask_to_remove() -> None:
-    """Ask whether trials may be removed, and end the command if they may not."""
+    """Ask whether trials may be removed, and end the command unless confirmed."""
     if not sys.stdin.isatty():
         stop(
-            "nothing was removed: there is no terminal to ask in; --yes removes it,"
-            " --dry-run only says what"
+            "nothing was removed: there is no terminal for the question; use --yes to"
+            " remove, or --dry-run to list the data"
         )
     typer.confirm(
-        "Remove it? It cannot be undone.", default=False, abort=True, err=True
+        "Remove these data? The removal cannot be undone.",
+        default=False,
+        abort=True,
+        err=True,
     )
 
 
@@ -289,7 +294,7 @@ def rm(
 ) -> None:
     """Delete the stored data of a study.
 
-    Asks for confirmation. The spec stays, and so do files that no launch has written.
+    Asks for confirmation. The spec and files that no launch has written stay.
 
     Examples
     --------
@@ -301,7 +306,7 @@ def rm(
 
     place = place_of_study(study, results)
     content = place.content()
-    print(f"study      {study}\nplace      {place.root}")
+    print(f"study      {study}\nlocation   {place.root}")
     print(f"go         {trials_in(place):,} stored trials")
     for name, count in content.items():
         print(f"go         {name}: {size(count)}")

@@ -62,16 +62,18 @@ def measure(
     if quiet:
         return
     if not done.metrics:
-        words = "what a killed measurement had left undone is done, see `sweep table`"
+        words = "an interrupted measurement is now complete, see `sweep table`"
         print(f"{study}: {words}", file=sys.stderr)
         return
     notes = [
         f"{study}: {', '.join(done.metrics)} of {so_many(done.measured, 'trial')}"
-        f" measured, {done.stored:,} were there",
+        f" measured, {done.stored:,} already stored",
     ]
     if done.left:
-        notes.append(f"{so_many(done.left, 'trial')} not done: a launch runs them")
+        notes.append(
+            f"{so_many(done.left, 'trial')} not done: a launch runs these trials"
+        )
     if done.measured:
-        notes.append(f"sweep gc {study} frees the rows without these metrics")
-    notes.append(f"to keep them, {shortened(done.path)} needs:")
+        notes.append(f"sweep gc {study} removes the rows without the new metrics")
+    notes.append(f"to keep the metrics, {shortened(done.path)} needs:")
     print(*notes, dump({"record": done.record}), sep="\n", end="", file=sys.stderr)

@@ -1,8 +1,8 @@
 """Standard output whose failures are errors for the user.
 
 A full disk behind `sweep table STUDY > FILE` is an error when Python empties the buffer
-of the stream: during a print, or at the end. Both happen before `main` returns, because
-`main` flushes the stream itself.
+of the stream: during a print, or at the end. This happens before `main` returns,
+because `main` flushes the stream.
 
 Characters that the encoding of the stream does not have are spelled in ASCII.
 """
@@ -58,7 +58,7 @@ class Output:
 
 SPELLED = "boidsweep.spelled"
 IN_ASCII = {"±": "+-", "²": "^2"}
-"""Characters of numbers and units; all others are escaped."""
+"""Characters of numbers and units; all further characters are escaped."""
 
 
 def spelled(text: str, encoding: str) -> str:
@@ -82,7 +82,7 @@ def check_output_stream() -> None:
     """Replace standard output by an `Output` that can write every character."""
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors=SPELLED)
-    if sys.stdout is not None:  # it is None where it is closed
+    if sys.stdout is not None:  # None if the stream is closed
         sys.stdout = Output(sys.stdout)
 
 

@@ -41,7 +41,7 @@ def code(
     stored = StoredStudy(study, results)
     versions = stored.own_code
     if not versions:
-        print(f"{study} was computed by no code but ours", file=sys.stderr)
+        print(f"{study} was computed by built-in code only", file=sys.stderr)
     if to:
         laid = lay_out(stored, to)
         print(*laid.files, sep="\n")

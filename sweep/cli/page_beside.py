@@ -1,7 +1,7 @@
 """The explorer next to a launch, in a separate process.
 
-So neither process can disturb the other. The process of the explorer ends with the
-command that started it.
+So the launch and the explorer cannot disturb each other. The process of the explorer
+ends with the command that started the explorer.
 """
 
 import os
@@ -26,11 +26,11 @@ end_with(int(parent), began or None)
 sys.argv = ["sweep", "show", *words]
 main()
 """
-"""The program of the page: the command, which ends with its parent process."""
+"""The program of the explorer: the command, which ends with the parent process."""
 
 
 def check_installed() -> None:
-    """End the command if a package is missing that the page needs."""
+    """End the command if a package of the explorer is missing."""
     if missing := [name for name in NEEDED if find_spec(name) is None]:
         needed = f"--show: the explorer needs {', '.join(missing)}, not installed"
         stop(f"{needed}: {installing('view')}")
@@ -40,8 +40,8 @@ def check_installed() -> None:
 def page_beside(words: Sequence[str]) -> Iterator[None]:
     """Run `sweep show` with these words during the context.
 
-    If the context ends without an error, the page stays until Ctrl-C. The page has its
-    own session: only this process receives Ctrl-C, and ends the page.
+    If the context ends without an error, the explorer stays until Ctrl-C. The explorer
+    has a separate session: only this process receives Ctrl-C, and ends the explorer.
     """
     parent = os.getpid()
     page = subprocess.Popen(
@@ -56,7 +56,7 @@ def page_beside(words: Sequence[str]) -> Iterator[None]:
     try:
         yield
         if page.poll() is None:
-            print("the page stays open; Ctrl-C ends it", file=sys.stderr)
+            print("the explorer stays open until Ctrl-C", file=sys.stderr)
         with suppress(KeyboardInterrupt):
             page.wait()
     finally:

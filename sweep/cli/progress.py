@@ -1,6 +1,6 @@
 """The progress of a launch, on stderr.
 
-In a terminal it is a bar, elsewhere a new line at intervals with the same numbers.
+A terminal shows a bar. Elsewhere a new line with the numbers appears at intervals.
 """
 
 import json
@@ -23,7 +23,7 @@ LINE_SECONDS = 10.0
 class ProgressBar:
     """A context manager that shows the progress of a study, nothing if `quiet`.
 
-    It shows trials done, trials per second, remaining time and failures.
+    The progress is trials done, trials per second, remaining time and failures.
     """
 
     def __init__(self, name: str, *, quiet: bool = False) -> None:
@@ -51,7 +51,7 @@ class ProgressBar:
 
     def __enter__(self) -> "ProgressBar":
         self.bar.start()
-        # rich has replaced both streams with its own, which print above the bar.
+        # rich has replaced the two streams; the new streams print above the bar.
         guard_streams()
         return self
 
@@ -113,7 +113,7 @@ class ProgressBar:
             if not self.has_begun:
                 self._line(
                     f"at most {progress.trials:,} trials;"
-                    " what is stored already does not run again"
+                    " stored trials do not run again"
                 )
             self.has_begun = True
             return
@@ -133,10 +133,10 @@ class ProgressBar:
                 f"from last states of shorter trials: {going}, {_saved(progress)}"
             )
         if progress.apart:
-            later = ", or not asked for yet" if rule else ""
+            later = ", or not requested yet" if rule else ""
             self._line(
                 f"{so_many(progress.apart, 'stored trial')} of another version of the"
-                f" spec or of the kernels{later}: kept, and left out of the tables"
+                f" spec or of the code{later}: kept, but not in the tables"
             )
 
     def _line(self, text: str) -> None:
@@ -172,7 +172,7 @@ class ProgressBar:
         cut_off = ""
         if progress.left:
             cut = so_many(progress.left, "trial")
-            cut_off = f"; {cut} not run: a link before did not come to its end"
+            cut_off = f"; {cut} not run: an earlier link is not done"
         return f"{self.name}: {done}; {trials} in {folder}{settled}{cut_off}"
 
 

@@ -1,6 +1,6 @@
-"""The progress of other work than a launch, on stderr.
+"""The progress of further work, on stderr.
 
-In a terminal one line is written again and again, elsewhere a new line at intervals.
+A terminal shows one line, which is updated. Elsewhere a new line appears at intervals.
 """
 
 import sys
@@ -12,7 +12,7 @@ LINE_SECONDS = 10.0
 
 
 class ProgressLine:
-    """A line `<subject>: 12 of 400 <nouns>`, at a rate that people can read."""
+    """A line `<subject>: 12 of 400 <nouns>`, at a readable rate."""
 
     def __init__(self, subject: str, nouns: str) -> None:
         self.subject = subject

@@ -156,7 +156,7 @@ class PlotCommand(Command):
                     "Further studies for a figure of several studies, and kinds of"
                     f" figures: {', '.join(names)}; of a search {', '.join(of_search)};"
                     " or a file with a kind, ./NAME.py. By default all kinds that"
-                    " apply. A study with the name of a kind needs a slash, such as"
+                    " apply. A study with the name of a kind needs a slash, for example"
                     " curves/."
                 )
         super().format_help(ctx, formatter)

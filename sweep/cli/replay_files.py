@@ -62,8 +62,8 @@ def check(
         steps = int(study.job(study.trial(trial)).settings["steps"])
         if files.every > steps:
             raise ChoiceError(
-                f"every: {files.every:,}; allowed: 0, or up to {steps:,}, the steps of"
-                " the trial"
+                f"every: {files.every:,}; allowed: 0 to {steps:,}, the number of steps"
+                " of the trial"
             )
     if files.trajectory:
         check_output(files.trajectory, FLIGHTS, force=force)
@@ -79,7 +79,7 @@ def check(
 
 
 def show(study: StoredStudy, trial: str, files: ReplayFiles) -> list[Path]:
-    """Write the files; the trial runs again for each. Progress is shown on stderr.
+    """Write the files; the trial runs again for each file, with progress on stderr.
 
     Parameters
     ----------

@@ -77,7 +77,7 @@ def report_command(make: Make, parameters: Sequence[Parameter] = ()) -> Make:
             print_report(report)
 
     shown = [*(parameters or inspect.signature(make).parameters.values()), *formats]
-    # typer reads both, and cannot know a type that is not imported.
+    # typer reads types from here, and cannot know a type that is not imported.
     vars(command)["__signature__"] = inspect.Signature(shown)
     command.__annotations__ = {option.name: option.annotation for option in shown}
     app.command(rich_help_panel=Group.analyse)(command)
@@ -100,7 +100,7 @@ def enter_reports_of_packages() -> None:
     """Enter the commands of methods of installed packages.
 
     A method that cannot be used is a warning. The function imports the methods, so the
-    app itself is complete without them.
+    app is complete without the methods.
     """
     if not may_have_others():
         return

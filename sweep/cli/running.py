@@ -98,7 +98,7 @@ def launch(
         str | None,
         typer.Option(
             metavar="K/N",
-            help="Shard to run, the K-th of N; other launches run the other shards.",
+            help="Shard to run, the K-th of N; further launches run the other shards.",
         ),
     ] = None,
     as_json: Json = False,
@@ -144,7 +144,7 @@ def launch(
 
     share = Share.parse(shard) if shard else None
     if no_open and not show:
-        stop("--no-open: is for a page; add --show")
+        stop("--no-open: needs --show")
     if show:
         check_installed()
     check_spec_file(spec, results)
@@ -156,7 +156,7 @@ def launch(
     page: AbstractContextManager[None] = nullcontext()
     if show:
         words = ["--results", str(results), *(["--no-open"] if no_open else [])]
-        # A page launches one study, with the usual engine.
+        # The explorer launches one study, with the usual engine.
         if len(studies) == 1 and executor == LOCAL:
             words += ["--launch", str(spec), "--workers", str(workers)]
             words += ["--no-code"] if no_code else []
@@ -166,7 +166,7 @@ def launch(
         if len(studies) > 1:
             check_flights(studies, factory)
         for study in studies:
-            name = f"{study.name}, share {share}" if share else study.name
+            name = f"{study.name}, shard {share}" if share else study.name
             with ProgressBar(name, quiet=quiet) as bar:
                 progress = run_study(
                     study, results, factory, retry=retry, share=share, report=bar.show
@@ -192,7 +192,7 @@ def search(
         typer.Option(
             min=1,
             help=(
-                "Number of repetitions of the search with other seeds, for a comparison"
+                "Number of repetitions of the search with new seeds, for a comparison"
                 " with random searches; by default the number of the stored search, or"
                 " no repetition."
             ),
@@ -215,7 +215,7 @@ def search(
     no_code: NoCode = False,
     code_from: CodeFrom = None,
 ) -> None:
-    """Search for the best parameters and validate them.
+    """Search for the best parameters and validate the results.
 
     The spec has a section `search`. The best candidates are validated with new seeds
     (held-out trials), and the report lists candidates with confidence intervals.
@@ -276,7 +276,7 @@ def reproduce(
         Path | None,
         typer.Argument(
             help="Folder of studies with a published.yaml; by default the folder"
-            " experiments, or the built-in studies if that folder has none.",
+            " experiments, or the built-in studies if that folder has no such study.",
         ),
     ] = None,
     only: Annotated[
@@ -302,8 +302,8 @@ def reproduce(
         typer.Option(
             "--plan",
             help="Run nothing: print the smallest difference that each claim could"
-            " detect with all its trials, estimated from stored trials of the scale"
-            " full or quick.",
+            " detect with all trials, estimated from stored trials of the scale full or"
+            " quick.",
         ),
     ] = False,
     results: Results = Path("results"),
@@ -314,18 +314,18 @@ def reproduce(
     Only missing trials run. The verdicts are in scorecard.html in the results folder,
     with the figures.
 
-    It runs code: figures.py of each study in the folder, and the files in the same
-    folder that figures.py imports. With --only, only the code of the named studies
-    runs. Read the code first.
+    This runs code: figures.py of each study in the folder, and imported files from the
+    folder of figures.py. With --only, only the code of the named studies runs. Read the
+    code first.
 
     The scales "mutants", "details" and "numerics" run and judge variants of the
     studies, with few trials. Mutants are the wrong versions in published.yaml, and
     mistakes in a copy of the program. Details are changes of each number by 2 and 10 %,
-    and each component of other presets. Numerics are half the time step, the other
-    update order, and another seed. The command prints the verdicts that change, and
-    stores them in variants.json in the results folder.
+    and each component of further presets. Numerics are half the time step, the opposite
+    update order, and a new seed. The command prints the changed verdicts and stores the
+    verdicts in variants.json in the results folder.
 
-    With --plan, a claim is weak if its detectable difference exceeds its margin. The
+    With --plan, a claim is weak if the detectable difference exceeds the margin. The
     command then prints the number of trials that the claim needs.
 
     Examples
@@ -357,7 +357,7 @@ def reproduce(
         allowed = " or ".join(KINDS)
         raise ChoiceError(f"--variant needs --scale {allowed}, not {scale}")
     if plan_only and scale is not Scale.full:
-        raise ChoiceError(f"--plan is of the full scale, not of {scale}")
+        raise ChoiceError(f"--plan needs --scale full, not {scale}")
     if experiments is None:
         experiments = Path(EXPERIMENTS.name)
         if not any(experiments.glob(f"*/{FILE}")):
@@ -383,7 +383,7 @@ def reproduce(
         chosen = chosen_variants(publications, kind, variant or ())
         tried = sum(len(variants) for _, variants in chosen)
         most = most_trials(chosen)
-        trials = f"{most:,} trials less those that are stored"
+        trials = f"{most:,} trials minus stored trials"
         print(f"{tried:,} variants, with {trials}", file=sys.stderr)
         for name, verdicts in try_all(chosen, folder, engine, ProgressBar).items():
             print(f"{name}: {verdicts.summary(kind)}")

@@ -1,4 +1,4 @@
-"""Commands that share a study: one file, a citation, a description."""
+"""Commands that share a study: a file, a citation, a description."""
 
 import sys
 from pathlib import Path
@@ -50,8 +50,8 @@ def pack(
     print(f"{done.path}: {size(done.size_bytes)}", file=sys.stderr)
     if done.apart:
         print(
-            f"it has {done.apart:,} trials too that are not of the spec as last"
-            f" launched; sweep gc {study} removes such",
+            f"the file also has {done.apart:,} trials that are not in the last launched"
+            f" spec; sweep gc {study} removes such trials from the study",
             file=sys.stderr,
         )
     print(f"{done.sha256}  {done.path}")
@@ -91,8 +91,8 @@ def load(
     print(done.place)
     if done.own_code:
         print(
-            f"trials are computed by code of the study: `sweep code {done.study}` shows"
-            " it; where you have not launched it yourself it runs only with --trust",
+            f"custom code computes the trials: sweep code {done.study} shows the code."
+            " Unless you have launched the study, the code runs only with --trust",
             file=sys.stderr,
         )
     stored = StoredStudy(done.study, results)

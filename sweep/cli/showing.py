@@ -53,13 +53,13 @@ if TYPE_CHECKING:
 
 ALWAYS = ("study", "other", "results", "trust", "to")
 SERVED = ("port", "no_open", "launch")
-"""Options of a page that is served."""
+"""Options of the explorer, which a server shows."""
 LAUNCHED = ("workers", "no_code", "code_from")
-"""Options of the studies that a page launches; a file has workers too."""
+"""Options of the studies that the explorer launches; a file also has workers."""
 JUDGED = ("margin", "confidence", "together")
 """Options of a comparison that a file does not have."""
 COMPARED = ("metric", "over", *JUDGED)
-"""Options of a comparison. Options that are in no list here belong to a file."""
+"""Options of a comparison. Options that are in no list belong to a file."""
 
 
 @app.command(rich_help_panel=Group.explore)
@@ -124,14 +124,14 @@ def show(
     """Open the results explorer, or write an interactive figure.
 
     The explorer has figures, tables, and the trials behind each number, which run
-    again. It only reads results, and follows a launch that is running. With two
-    studies, or two groups of points, it compares them as `sweep compare` does. With
+    again. The explorer only reads results, and follows a launch that is running. With
+    two studies, or two groups of points, shows a comparison like `sweep compare`. With
     --launch, the explorer can add points to a region of a study and launch the spec,
     after a click. The server answers on this machine only. Ctrl-C ends the server.
 
     With --to, writes an interactive figure of one study: an HTML file of at most 16 MiB
-    with confidence intervals, and a stored trial behind every point. Each of these
-    trials runs again and is compared with the stored results, bit for bit.
+    with confidence intervals, and a stored trial behind every point. Each of the trials
+    runs again and is compared with the stored results, bit for bit.
 
     Examples
     --------
@@ -198,19 +198,19 @@ def _check_options(
         return ", ".join(option for name, option in options if name in names)
 
     if other is None and (judged := named(*JUDGED)):
-        stop(f"{judged}: for two sides; sweep show A B {judged} ...")
+        stop(f"{judged}: needs two sides; use sweep show A B {judged} ...")
     if other and to:
-        stop(f"--to {to}: a file shows one study, and two are given: {study}, {other}")
+        stop(f"--to {to}: a file shows one study, not two: {study}, {other}")
     if to is None:
         if "launch" not in on_command_line and (launched := named(*LAUNCHED)):
-            stop(f"{launched}: for a page that launches; add --launch SPEC")
+            stop(f"{launched}: needs --launch SPEC")
         page = (*ALWAYS, *SERVED, *LAUNCHED, *(COMPARED if other else ()))
         if of_file := named(*(on_command_line.keys() - set(page))):
-            stop(f"{of_file}: for a file; add --to FILE.html")
+            stop(f"{of_file}: needs --to FILE.html")
     elif study is None:
-        stop(f"--to {to}: of which study? sweep show STUDY --to {to}")
+        stop(f"--to {to}: needs a study; use sweep show STUDY --to {to}")
     elif of_page := named(*SERVED, "no_code", "code_from"):
-        stop(f"{of_page}: for a page that is served, and --to writes a file")
+        stop(f"{of_page}: is for the explorer, but --to writes a file")
 
 
 def _launcher(
@@ -249,7 +249,7 @@ def _serve(
         needed = f"the explorer needs {error.name}, which is not installed"
         stop(f"{needed}: {installing('view')}")
     print(url, flush=True)
-    print("Ctrl-C ends it", file=sys.stderr)
+    print("Ctrl-C ends the server", file=sys.stderr)
     if not no_open:
         open_page(url)
     with suppress(KeyboardInterrupt):

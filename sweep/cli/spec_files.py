@@ -20,19 +20,19 @@ if TYPE_CHECKING:
 def check_spec_file(file: Path, results: Location = Path("results")) -> None:
     """Raise ChoiceError if a file that a user named is missing or is code.
 
-    For the name of a stored study, the error explains how to launch it again.
+    For the name of a stored study, the error explains how to resume the study.
     """
     if file.suffix == SUFFIX:
         raise ChoiceError(
-            f"{file}: this is code, and a spec is a YAML file that names it, as"
+            f"{file}: is code, but a spec is a YAML file that names the code with"
             f' "model: ./{file.name}"'
         )
-    with suppress(PermissionError):  # the reader of the file reports it
+    with suppress(PermissionError):  # the reader of the file reports the error
         if not file.exists():
             name = file.as_posix()
             message = f"{file}: no such file"
             if file.suffix not in SPEC_ENDINGS:
-                message += "; a spec is a YAML file, as NAME.yaml"
+                message += "; a spec is a YAML file, NAME.yaml"
                 if name in stored_names(results):
                     again = _again(name, results)
                     message += f", and {name} is a stored study: {again}"
@@ -40,7 +40,7 @@ def check_spec_file(file: Path, results: Location = Path("results")) -> None:
 
 
 def _again(name: str, results: Location) -> str:
-    """Return how to launch a stored study again, in words."""
+    """Return how to resume a stored study, in words."""
     from sweep.tables import StoredStudy
 
     try:
@@ -50,8 +50,8 @@ def _again(name: str, results: Location) -> str:
     if needed := what_the_spec_needs(stored):
         return needed
     if file := _file_of(stored):
-        return f"{_command(stored)} {shlex.quote(str(file))} launches it on"
-    return f"to launch it on, copy {stored.store.folder / SPEC}"
+        return f"{_command(stored)} {shlex.quote(str(file))} resumes the study"
+    return f"to resume the study, copy {stored.store.folder / SPEC}"
 
 
 def _command(stored: "StoredStudy") -> str:
@@ -59,19 +59,20 @@ def _command(stored: "StoredStudy") -> str:
 
 
 def how_to_launch_on(study: "StoredStudy", laid: "LaidOut") -> str:
-    """Return how to resume a study from its spec and code in a folder, in words."""
+    """Return how to resume a study from spec and code in a folder, in words."""
     words = [str(laid.spec)]
     words += ["--code-from", str(laid.code_from)] if laid.code_from else []
     place = str(study.store.results)
     words += ["--results", place] if place != "results" else []
-    return f"{_command(study)} {shlex.join(words)} launches it on"
+    return f"{_command(study)} {shlex.join(words)} resumes the study"
 
 
 def what_the_spec_needs(study: "StoredStudy") -> str:
     """Return the change of the spec that a renamed study needs before a launch.
 
-    The text is "" if the study was launched under its name. A copy of the stored spec
-    is changed if the spec file is missing, or describes another stored study.
+    The text is "" if the study was launched under the current name. A copy of the
+    stored spec is needed if the spec file is missing, or describes another stored
+    study.
     """
     launched_as = str(study.provenance.get("study"))
     if launched_as == study.name:
@@ -82,23 +83,24 @@ def what_the_spec_needs(study: "StoredStudy") -> str:
     file = None if launched_as in stored else _file_of(study)
     if file:
         return (
-            f"the spec {shortened(str(file))} has the study {old}: write {new} there,"
-            " or its next launch begins that study anew"
+            f"the spec {shortened(str(file))} has the study {old}: write {new} in the"
+            f" spec, or the next launch starts study {old} from the beginning"
         )
     return (
-        f"to launch it on, copy {study.store.folder / SPEC} and change the line"
-        f' "study: {old}" of the copy to {new}: without that a launch begins {old}'
+        f"to resume the study, copy {study.store.folder / SPEC} and change the line"
+        f' "study: {old}" of the copy to {new}; without the change a launch starts'
+        f" study {old}"
     )
 
 
 def _file_of(study: "StoredStudy") -> Path | None:
     """Return the file from which a study was last launched.
 
-    None if no such file has a study of that name here, for example on another machine.
+    None if no such file has a study of that name, for example on another machine.
     """
     file = str(study.provenance.get("spec_path"))
     launched_as = str(study.provenance.get("study"))
-    with suppress(OSError, ValueError):  # it may be anyone's, and no path
+    with suppress(OSError, ValueError):  # the text may be untrusted, and no path
         if Path(file).is_file() and launched_as in studies_of(Path(file)):
             return Path(file)
     return None

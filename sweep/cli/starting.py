@@ -47,7 +47,7 @@ def init(
     """Create a spec from a built-in study or for a model.
 
     With --model, the spec is a small study that takes some seconds, and comments
-    explain its keys. The study in a file NAME.yaml is my/NAME, so the results are
+    explain the keys. The study in a file NAME.yaml is my/NAME, so the results are
     separate from the results of the built-in study. Tables and images of a built-in
     spec are copied too.
 
@@ -62,12 +62,12 @@ def init(
     from sweep.workers import core_count
 
     if preset and not model:
-        stop("--preset is that of a model: add --model")
+        stop("--preset: needs --model")
     if model:
         if path or (study and not Path(study).suffix):
             stop(
-                f"{study}: STUDY and --model exclude each other; with --model there is"
-                f" a file alone, {path or 'NAME.yaml'}"
+                f"{study}: STUDY and --model exclude each other; with --model, give"
+                f" only a file, {path or 'NAME.yaml'}"
             )
         file = Path(study) if study else None
         begun = begin_with_model(model, file, preset or "", force=force)
@@ -77,7 +77,7 @@ def init(
         console().print(built_in_table(core_count()))
         return
     files = ", ".join(map(str, begun.written))
-    print(f"{files}: study {begun.study.name}, as {model or study}", file=sys.stderr)
+    print(f"{files}: study {begun.study.name}, from {model or study}", file=sys.stderr)
     for command in ("plan", begun.study.command):
         print("  " + shlex.join(["sweep", command, str(begun.path)]), file=sys.stderr)
 

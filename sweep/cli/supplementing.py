@@ -1,4 +1,4 @@
-"""The options of `sweep show --to`, and the file that it writes."""
+"""The options of `sweep show --to`, and the written file."""
 
 from enum import StrEnum
 from pathlib import Path
@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 
 FRAMES = 601
 PANEL = "With --to"
-"""The heading of these options in the help."""
+"""The heading of the options in the help."""
 
 
 class TrialRole(StrEnum):
-    """A trial of a point that plays, by its rank or merit."""
+    """A trial of a point that plays, by rank or merit."""
 
     lowest = "lowest"
     median = "median"
@@ -62,7 +62,7 @@ ShownTrials = Annotated[
     list[TrialRole] | None,
     typer.Option(
         "--trials",
-        help="Trial of each point that plays, by its rank in the metric; by default the"
+        help="Trial of each point that plays, by rank in the metric; by default the"
         " median. Repeatable.",
         rich_help_panel=PANEL,
     ),
@@ -112,7 +112,7 @@ def write_supplement(
 ) -> None:
     """Write a supplement. Progress is shown on stderr.
 
-    Errors are those of `planned` and `Supplement.content`, and OutputError if the file
+    Raises the errors of `planned` and `Supplement.content`, and OutputError if the file
     cannot be written.
 
     Parameters
@@ -143,7 +143,7 @@ def write_supplement(
 
 
 def check_file(to: Path, *, force: bool) -> None:
-    """Raise OutputError if the file cannot be at its path."""
+    """Raise OutputError if the file cannot be written to the path."""
     from sweep.tables import check_output
 
     check_output(to, [".html"], force=force)

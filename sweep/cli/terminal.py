@@ -24,16 +24,16 @@ class Terminal(Console):
     def render_str(self, text: str, **options: Any) -> Text:
         """Make a text harmless, and spell characters that the encoding lacks.
 
-        rich calls this for every text that it prints, each cell of a table too, before
-        it decides on widths.
+        rich calls this method for every printed text, including the cells of tables,
+        before rich decides on widths.
         """
         shown = spelled(harmless(text), self.encoding)
         return super().render_str(shown, **options)
 
     def print(self, *objects: Any, **options: Any) -> None:
-        """Print as rich does, but with the caption of a table in its own lines.
+        """Print like rich, but with the caption of a table on separate lines.
 
-        rich would wrap it to the width of the table.
+        rich would wrap the caption to the width of the table.
         """
         match objects:
             case [Table(caption=str(caption)) as table]:

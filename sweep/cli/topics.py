@@ -1,7 +1,7 @@
-"""The topics of the guide, in a form for a terminal: its pages, and others of docs.
+"""The topics of the guide in a form for a terminal: pages of the guide and of docs.
 
-Parts for the site or a checkout alone, such as figures and lists of pages, are left
-out. A link between topics becomes the command that shows the other topic.
+Parts for the site or a checkout only, such as figures and lists of pages, are left out.
+A link between topics becomes the command that shows the linked topic.
 """
 
 import re
@@ -16,10 +16,10 @@ FENCE = "```"
 GUIDE = "guide"
 INDEX = "index.md"
 FOLDERS = (GUIDE, "tutorials", "explanations")
-"""Folders in docs whose pages are topics; others are for developers or the site."""
+"""Folders in docs with topics; further folders are for developers or the site."""
 LISTED = re.compile(r"^- \[[^\]]*\]\(([\w-]+\.md)\)", re.MULTILINE)
 ONCE = re.compile(r"^<!-- once: ([\w-]+) -->$", re.MULTILINE)
-"""A name that a page had before."""
+"""A former name of a page."""
 FENCED = re.compile(r"(^(```+)[^`\n]*\n.*?^\2$\n?)", re.MULTILINE | re.DOTALL)
 DIRECTIVE = re.compile(r"```\{(?P<name>\w+)\}[^\n]*\n(?P<text>.*?)^```", re.M | re.S)
 NAMED = re.compile(r"^<!-- file: ([^>]*?) -->$", re.MULTILINE)
@@ -31,7 +31,7 @@ HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
 
 
 class Topic(NamedTuple):
-    """A text in Markdown, and the path of its document.
+    """A text in Markdown, and the path of the document.
 
     The path starts at the root of the repository. Links of the text start at the path.
     """
@@ -46,7 +46,7 @@ class Topic(NamedTuple):
 
 
 class FoundLine(NamedTuple):
-    """A line of a topic that matches a search, and the heading above it."""
+    """A line of a topic that matches a search, and the heading above the line."""
 
     topic: str
     heading: str
@@ -54,9 +54,10 @@ class FoundLine(NamedTuple):
 
 
 def all_topics() -> dict[str, Topic]:
-    """Return all topics by their names, first the pages of the guide in their order.
+    """Return all topics by name, first the pages of the guide in their order.
 
-    A page has the name of its file, and a list of pages that of its folder.
+    The name of a page is the name of the file. The name of a list of pages is the name
+    of the folder.
     """
     pages = [
         DOCS / GUIDE / link for link in LISTED.findall(_read(DOCS / GUIDE / INDEX))
@@ -78,7 +79,7 @@ def _read(page: Path) -> str:
 
 
 def earlier_names(topics: dict[str, Topic]) -> dict[str, str]:
-    """Return the names of topics by those that they had before, which still work."""
+    """Return the names of topics by former names, which still work."""
     return {
         earlier: name
         for name, topic in topics.items()
@@ -136,10 +137,10 @@ def _led_to(place: str, path: str, topics: dict[str, Topic]) -> str | None:
 
 
 def search(words: str, topics: dict[str, Topic]) -> Iterator[FoundLine]:
-    """Find paragraphs that have all words, and yield the line of each with the first.
+    """Find paragraphs with all words, and yield for each the line with the first word.
 
-    A word may be the beginning of one in the text. Capital letters do not matter, and
-    `_` separates words.
+    A word may be the beginning of a word in the text. Capital letters do not matter,
+    and `_` separates words.
     """
     patterns = [
         re.compile(r"(?<![^\W_])" + re.escape(word), re.IGNORECASE)
@@ -159,7 +160,7 @@ def search(words: str, topics: dict[str, Topic]) -> Iterator[FoundLine]:
 def _blocks(text: str) -> Iterator[str]:
     """Yield the headings, paragraphs and list items of a text.
 
-    Each line of a table and of code is a block too.
+    Each line of a table or of code is also a block.
     """
     lines: list[str] = []
     in_code = False

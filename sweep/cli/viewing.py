@@ -102,18 +102,18 @@ def view(
     """
     if source and (model or preset or map_name):
         stop(
-            f"--model, --preset and --map are for a view without {source},"
-            " which has its own"
+            f"--model, --preset and --map exclude {source}, which has a model, a preset"
+            " and a map"
         )
     if source and trial and _is_spec(source):
         stop(
-            f"{source} is a spec, and {trial} the trial of a study:"
-            f" sweep view STUDY {trial}"
+            f"{source} is a spec, but {trial} is a trial of a study;"
+            f" use sweep view STUDY {trial}"
         )
     if launch:
         _check_launch(launch, source, model)
     if trial and settings:
-        stop("--set is for a live run, and a stored trial has its settings")
+        stop("--set is for a live run; the parameters of a stored trial are fixed")
     try:
         from sweep.explorer import Watched, site_of
         from sweep.web import Launcher, PageServer, PageSite
@@ -143,7 +143,7 @@ def view(
     server = PageServer(_first_at_once(begin) if chosen else begin, port, site)
     address = server.url if chosen else server.start
     print(address, flush=True)
-    print("Ctrl-C ends it", file=sys.stderr)
+    print("Ctrl-C ends the server", file=sys.stderr)
     if not no_open:
         open_page(address)
     with suppress(KeyboardInterrupt):
@@ -153,23 +153,26 @@ def view(
 
 
 def _check_launch(file: Path, source: str | None, model: str | None) -> None:
-    """End the command if the page cannot launch from a file.
+    """End the command if the simulator cannot launch from a file.
 
-    The page also may not replace a spec that it has not opened.
+    The simulator also may not replace a spec that is not open.
     """
     if source and not _is_spec(source):
-        stop(f"--launch {file}: {source} is stored: sweep show {source} --launch SPEC")
+        stop(
+            f"--launch {file}: {source} is a stored study; use sweep show {source}"
+            " --launch SPEC"
+        )
     named = Path((source or model or "").partition(":")[0])
     home = named.parent
     if named.is_file() and file.resolve().parent != home.resolve():
         stop(
-            f"--launch {file}: must lie in the folder {home}: what a spec names is"
-            " looked for beside it"
+            f"--launch {file}: must be in the folder {home}, because a spec names files"
+            " in its folder"
         )
     if file.exists() and (source is None or not file.samefile(source)):
         stop(
-            f"--launch {file}: is there already; open it, sweep view {file} --launch"
-            f" {file}, or name a new file"
+            f"--launch {file}: exists already; open the file with sweep view {file}"
+            f" --launch {file}, or name a new file"
         )
 
 
@@ -205,7 +208,7 @@ def _of_then(stored: "StoredStudy", trial: str) -> "StoredTrial":
     """Return a stored trial, and print the files next to the spec that have changed."""
     stored_trial = stored.trial(trial)
     for path in stored.other_now(stored_trial):
-        print(f"{path}: another file now; this is by that of then", file=sys.stderr)
+        print(f"{path}: another file now; the original code runs", file=sys.stderr)
     return stored_trial
 
 
@@ -229,14 +232,14 @@ def _chosen(
 
 
 def _with(settings: list[str] | None, state: "ViewState") -> "ViewState":
-    """Return the state with settings, each NAME=VALUE as in a spec."""
+    """Return the state with parameters, each NAME=VALUE as in a spec."""
     from sweep.spec import parse_document
 
     changes: dict[str, object] = {}
     for text in settings or ():
         name, equals, value = text.partition("=")
         if not equals:
-            stop(f"--set {text}: must be NAME=VALUE, as in --set n=50")
+            stop(f"--set {text}: must be NAME=VALUE, such as --set n=50")
         changes |= parse_document(f"{name}: {value}", Path("--set")).value
     return state.with_settings(changes) if changes else state
 
@@ -250,8 +253,8 @@ def _state_of(
 ) -> "ViewState":
     """Return the state of the first point of a spec, or of the first trial of a study.
 
-    Of a spec of several studies it is the first study. Of a stored study the page can
-    choose among all trials of its spec.
+    For a spec of several studies, the first study is shown. For a stored study, the
+    simulator can choose among all trials of the spec.
     """
     from sweep.errors import StoreError
     from sweep.own_code import load_specs

@@ -1,7 +1,7 @@
 """Chains of points along a continued axis.
 
-A trial of a point begins with the final flock of the trial of the point before it, with
-the same replicate.
+A trial of a point begins with the final flock of a trial of the previous point, with an
+equal replicate number.
 """
 
 from collections.abc import Iterable, Iterator
@@ -14,7 +14,7 @@ from sweep.design.points import Points
 from sweep.spec import DIRECTION, DOWN, Axis, Study, Values, distinct_rows
 
 FIRST = -1
-"""Index of the point before the first link of a chain, which has none."""
+"""Index of the point before the first link of a chain, where no point exists."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,8 +26,8 @@ class Links:
     direction : array of str, shape (n_points,)
         "up" or "down".
     before : array of int, shape (n_points,)
-        Index of the previous point of the chain, FIRST for the first one. Trials begin
-        with the final flocks of its trials.
+        Index of the previous point of the chain, FIRST for the first point. Trials
+        begin with the final flocks of the previous point.
     first : array of int, shape (n_points,)
         Index of the first point of the chain.
     number : array of int, shape (n_points,)
@@ -54,9 +54,9 @@ class Links:
 
 
 def linked(study: Study, axis: Axis, points: Points) -> tuple[Points, Links]:
-    """Return the points of all directions of a continued axis, and their links.
+    """Return the points of all directions of a continued axis, and the links.
 
-    Points with equal values on all other axes are one chain per direction.
+    Points with equal values on all further axes are one chain per direction.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def before_each(
     direction: Values,
     value: NDArray[np.float64],
 ) -> NDArray[np.int64]:
-    """Return the index of the previous link in its chain, for each of n links.
+    """Return the index of the previous link of the chain, for each of n links.
 
     Parameters
     ----------
@@ -159,13 +159,13 @@ def _check_same(study: Study, axis: Axis) -> None:
         if expression and axis.name in _needs(study, expression.names):
             raise study.document.error(
                 ("derive", name),
-                f"{name} cannot change from link to link: it is derived from"
-                f" {axis.name}, which is continued",
+                f"{name} cannot change from link to link, but is derived from the"
+                f" continued axis {axis.name}",
             )
 
 
 def _needs(study: Study, names: Iterable[str]) -> set[str]:
-    """Return the parameters `names` and all parameters from which they are derived."""
+    """Return the parameters `names` and all parameters used in derivations."""
     needs = set[str]()
     pending = [*names]
     while pending:

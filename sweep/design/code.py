@@ -11,8 +11,8 @@ from sweep.spec import Study
 def study_code(study: Study) -> Code:
     """Return the code hashes of the code that computes the trials of a study.
 
-    They cover the simulation loop, the model with its preset and the recorded metrics.
-    They also cover all maps with code and all starts that points of the study may have.
+    The hashes cover the simulation loop, the model with the preset and the recorded
+    metrics, and all maps with code and all starts that points of the study may have.
     """
     return code_of(
         study.known,
@@ -26,7 +26,7 @@ def study_code(study: Study) -> Code:
 def is_built_in(study: Study) -> bool:
     """Return whether a study uses only built-in models, metrics, maps and starts.
 
-    Built-in code is known to run, and its cost is known.
+    Built-in code is known to run, with a known cost.
     """
     named = (
         (MODELS, {study.model}),

@@ -18,28 +18,27 @@ MOST_SIDE = 1e15
 DEMANDS = (
     Demand(
         f"max(width, height) <= {MOST_SIDE}",
-        f"the world is larger than {MOST_SIDE:g},"
-        " where positions have no decimals any more",
+        f"the world is larger than {MOST_SIDE:g} (positions would have no decimals)",
     ),
     Demand(
         "2 * start_margin < min(width, height)",
         "start_margin leaves boids no room:"
-        " it must be less than half of width and of height",
+        " the margin must be less than half of width and of height",
     ),
     Demand(
         "map != 'random_obstacles' or n_obstacles == 0 or 2 * obstacle_margin <="
         " min(width, height)",
         "obstacle_margin leaves obstacles no room:"
-        " it must be at most half of width and of height",
+        " the margin must be at most half of width and of height",
     ),
     Demand(
         "start_radius == 0 or start_margin <= start_center_x <= width - start_margin"
         " and start_margin <= start_center_y <= height - start_margin",
-        "the centre of the start lies outside the world, or in its start_margin",
+        "the centre of the start is outside the world, or in the start_margin",
     ),
     Demand(
         "not minimum_image or borders == 'torus'",
-        "minimum_image is for a torus: it needs borders: torus",
+        "minimum_image needs periodic boundaries, borders: torus",
     ),
 )
 
@@ -47,7 +46,7 @@ DEMANDS = (
 def check_consistency(study: Study, points: Points) -> None:
     """Raise SpecError if the parameters of a point are not consistent.
 
-    The error covers all mistakes and names the first point of each one.
+    The error covers all mistakes and names the first point of each mistake.
     """
     mistakes = Mistakes()
     for demand in dict.fromkeys(_demands(study)):
@@ -64,7 +63,7 @@ def check_consistency(study: Study, points: Points) -> None:
 
 def _check_demand(study: Study, points: Points, demand: Demand) -> None:
     condition = parse(demand.condition, study.settings)
-    # The map comes last: it brings its width and height.
+    # The map comes last, because the map defines width and height.
     named = [
         *sorted(condition.names),
         *(["map"] if condition.names & set(SIDES) else []),
@@ -79,7 +78,8 @@ def _check_demand(study: Study, points: Points, demand: Demand) -> None:
 def _check_flocks(study: Study, points: Points) -> None:
     """Raise SpecError if a start with one flock per replicate does not fit the study.
 
-    It needs a study with `replicates` and a design, no `seeds`, and enough flocks.
+    The start needs a study with `replicates` and a design, no `seeds`, and enough
+    flocks.
     """
     for name, start in study.known.starts.items():
         if not start.by_replicate:
@@ -92,12 +92,12 @@ def _check_flocks(study: Study, points: Points) -> None:
         flocks = f"{start.source} has the flocks of {count} replicates"
         if study.seeds or not study.has_design:
             raise study.document.error(
-                place, f"{flocks}: it is for a sweep with `replicates`, and no `seeds`"
+                place, f"{flocks}: use a sweep with `replicates`, without `seeds`"
             )
         if study.trials_per_point > count:
             raise study.document.error(
                 ("replicates",),
-                f"{flocks}, and a point may have {study.trials_per_point}",
+                f"{flocks}, but a point may have {study.trials_per_point}",
             )
 
 

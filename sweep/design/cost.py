@@ -1,9 +1,9 @@
 """The estimated cost of a trial, in seconds and in bytes.
 
 The constants were measured on a 2.3 GHz server core with the first two models. Another
-machine is faster or slower by a common factor, which a run measures while it runs. So
-only the ratio between trials matters. Custom code may be slower or faster by any
-factor. A probe measures this factor where a user asks for the duration of a study.
+machine is faster or slower by a common factor, which a run measures. So only the ratio
+between trials matters. Custom code may be slower or faster by any factor. A probe
+measures this factor if a user asks for the duration of a study.
 """
 
 import math
@@ -32,7 +32,7 @@ TRIAL_SECONDS = 1.5e-3
 BOID_STEP_SECONDS = 110e-9
 CANDIDATE_SECONDS = 2e-9
 GATHERED = 2.0
-"""Boids in range, as a multiple of the number for evenly spread boids: they flock."""
+"""Boids in range, as a multiple of the number for evenly spread boids."""
 ROBOT_SECONDS = 20e-9
 """Per boid-step of robots.
 
@@ -40,17 +40,17 @@ The constants from here to BETWEEN_SECONDS were measured with it
 (`make bench ONLY=robots`).
 """
 HEARD_SECONDS = 3e-9
-"""Per boid in range and in view, to decide if its message is received."""
+"""Per boid in range and in view, to decide if a message is received."""
 NORMALS_SECONDS = 30e-9
 """Per two normal numbers: an axis of a measurement error, or motor noise."""
 LOST_SECONDS = 10e-9
-"""Per boid in range and in view, to decide if its message is lost."""
+"""Per boid in range and in view, to decide if a message is lost."""
 BEHIND_OBSTACLE_SECONDS = 10e-9
 """Per boid in range and in view, to decide if an obstacle hides it."""
 BODY_SECONDS = 1.5e-9
 """Per boid whose distance is computed, where boids hide each other."""
 BETWEEN_SECONDS = 0.5e-9
-"""Per pair of a boid in range and a boid that it may hide."""
+"""Per pair of a boid in range and a boid that may be hidden."""
 OBSTACLE_SECONDS = 2.6e-6
 """Per obstacle that is drawn for the world of a trial."""
 METRIC_SECONDS = 15e-9
@@ -67,7 +67,7 @@ ENDS_TRIED_AT = 20
 
 
 class TrialPace(NamedTuple):
-    """Measured duration of trials as a multiple of the estimated one.
+    """Measured duration of trials as a multiple of the estimated duration.
 
     Code with a known cost needs no probe: `steps`, the length of the probe, is 0.
     """
@@ -106,8 +106,8 @@ def trial_seconds(
 ) -> float:
     """Return the estimated seconds of a trial.
 
-    The estimate adds up boid-steps, their neighbours, frames, metrics and the drawing
-    of obstacles.
+    The estimate adds up boid-steps, neighbours, frames, metrics and the drawing of
+    obstacles.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def trial_seconds(
     of_a_boid = METRIC_SECONDS * looking + PAIR_METRIC_SECONDS * pairing
     metrics = n * frames * (of_a_boid + CUBIC_METRIC_SECONDS * cubic)
     seconds = TRIAL_SECONDS + n * steps * boid_step + metrics
-    drawn = known.maps.get(str(settings["map"]))  # of a map of the spec it is None
+    drawn = known.maps.get(str(settings["map"]))  # None for a map of the spec
     if drawn is not None and drawn.random:
         seconds += OBSTACLE_SECONDS * float(settings["n_obstacles"])
     return seconds
@@ -324,7 +324,7 @@ def point_seconds(study: Study, design: Design) -> NDArray[np.float64]:
 def _matters(study: Study, design: Design, name: str) -> bool:
     """Return whether a varied parameter changes the estimate.
 
-    Its smallest and its largest value, or all strings, are tried at a few points.
+    The smallest and the largest value, or all strings, are tried at a few points.
     """
     column = design.columns[name]
     tried = (
@@ -372,7 +372,7 @@ def study_cost(study: Study, design: Design, pace: TrialPace = KNOWN_PACE) -> St
     design : Design
         Points of the study.
     pace : TrialPace, default KNOWN_PACE
-        Measured duration of trials as a multiple of the estimated one.
+        Measured duration of trials as a multiple of the estimated duration.
 
     Returns
     -------

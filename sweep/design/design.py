@@ -30,7 +30,7 @@ from sweep.spec import (
 class Rejection:
     """Number of points that a condition under `require` rejected.
 
-    A point counts for the first condition that rejects it.
+    A point counts for the first condition that rejects the point.
     """
 
     expression: str
@@ -53,8 +53,8 @@ class Design:
     rejected : tuple of Rejection
         Points that conditions under `require` rejected.
     duplicates : int
-        Number of merged duplicates. They are rows of axes that equal an earlier row,
-        and points that an earlier design has.
+        Number of merged duplicates: rows of axes that equal an earlier row, and points
+        of an earlier design.
     links : Links, optional
         Links between points, if an axis is continued.
     """
@@ -96,13 +96,13 @@ class Design:
         Returns
         -------
         Design
-            Points keep their number and order, even if some are equal now.
+            The number and order of points do not change, even if some become equal.
         """
         columns = {key: column for key, column in self.columns.items() if key != name}
         return replace(self, base=self.base | {name: value}, columns=columns)
 
     def only(self, points: list[int]) -> "Design":
-        """Return the design of some points, given by their indices."""
+        """Return the design of some points, given by indices."""
         columns = {name: column[points] for name, column in self.columns.items()}
         return Design(self.base, columns, len(points), self.fineness[points])
 
@@ -110,7 +110,7 @@ class Design:
 def evenly(count: int, most: int) -> list[int]:
     """Return at most `most` evenly spread indices of `count` values.
 
-    The first and the last index are among them.
+    The first and the last index are included.
     """
     places = np.linspace(0, count - 1, min(count, most)).astype(int)
     chosen: list[int] = np.unique(places).tolist()
@@ -120,7 +120,7 @@ def evenly(count: int, most: int) -> list[int]:
 def expand(study: Study) -> Design:
     """Return the points of a study.
 
-    They are the product of the axes of each design, in which the last axis varies
+    The points are the product of the axes of each design, in which the last axis varies
     fastest. Rejected points, and points of an earlier design, are left out.
 
     Raises SpecError if there are no points or too many, or if a derived value is not
@@ -176,15 +176,15 @@ def _check_size(study: Study, n_points: int) -> None:
         (
             n_points * settings,
             MOST_CELLS,
-            f"{points} with {settings} settings that vary,"
+            f"{points} with {settings} parameters that vary,"
             f" {n_points * settings:,} cells",
         ),
         (
             n_points * parts,
             MOST_OPERATIONS,
             (
-                f"{points}, and its expressions {parts:,} parts that are computed at"
-                f" each, {n_points * parts:,} operations"
+                f"{points} and expressions with {parts:,} parts per point,"
+                f" {n_points * parts:,} operations"
             ),
         ),
     ):
@@ -201,7 +201,7 @@ def _check_trials(study: Study, points: Points) -> None:
     if trials > MOST_TRIALS:
         raise study.document.error(place, beyond(size, MOST_TRIALS))
     if trials * settings > MOST_CELLS:
-        size += f" with {settings} settings that vary, {trials * settings:,} cells"
+        size += f" with {settings} parameters that vary, {trials * settings:,} cells"
         raise study.document.error(place, beyond(size, MOST_CELLS))
     for key, value in study.sections.items():
         sections()[key].check_points(study, value, points.count)
@@ -233,8 +233,8 @@ def _multiplied(study: Study, points: Points, axis: Axis) -> Points:
             name: values for name, values in implied if any(values != base[name])
         }
     for name, values in varied.items():
-        # The columns of the first axis are used as they are: a copy would double a
-        # large sample.
+        # The columns of the first axis are not copied: a copy would double a large
+        # sample.
         columns[name] = values if is_first else values[row]
         columns[name][outside] = base[name]
     fineness = np.maximum(
@@ -245,10 +245,10 @@ def _multiplied(study: Study, points: Points, axis: Axis) -> Points:
 
 
 def _derived(study: Study, points: Points) -> tuple[Points, tuple[Rejection, ...]]:
-    """Return the points that no condition rejects, with their derived parameters.
+    """Return the points that no condition rejects, with derived parameters.
 
-    A condition is applied as soon as all its parameters are known, so that nothing is
-    derived for a rejected point.
+    A condition is applied as soon as all parameters of the condition are known, so that
+    no value is derived for a rejected point.
     """
     rejected = [0] * len(study.require)
     pending = list(range(len(study.require)))

@@ -1,4 +1,4 @@
-"""Requirements of several goals: positions in the world, and a model that has them."""
+"""Requirements of several goals: positions in the world, and a suitable model."""
 
 from kernels.robots.abilities import remedy, why_not
 from sweep.design.points import Points
@@ -26,8 +26,8 @@ def check_goals(study: Study, points: Points) -> None:
         )
         raise study.document.error(
             place or ("model",),
-            f"{SETTING} needs a model that goes to several goals, and {why}:"
-            f" {remedy(model, 'goals_in_turn', call)}, and see docs/own-models.md",
+            f"{SETTING} needs a model that goes to several goals, but {why}:"
+            f" {remedy(model, 'goals_in_turn', call)}; see docs/own-models.md",
         )
     width = points.column("width")
     height = points.column("height")
@@ -37,6 +37,6 @@ def check_goals(study: Study, points: Points) -> None:
                 where = points.describe(point, ("width", "height"))
                 raise study.document.error(
                     place or ("model",),
-                    f"goal {number}, at ({x:.12g}, {y:.12g}) in {SETTING}, lies outside"
+                    f"goal {number}, at ({x:.12g}, {y:.12g}) in {SETTING}, is outside"
                     f" the world{where}",
                 )

@@ -1,9 +1,9 @@
 """The trials of a design, each with an id that is a hash of its content.
 
 The id of a point covers the model, the preset and the parameters that differ from the
-preset. So points with the preset value of a new axis keep their ids. The id of a trial
-adds the code that computes it, the seed, the streams and the recorded values. Trials
-that could differ in a single number have different ids.
+preset. So points with the preset value of a new axis keep the earlier ids. The id of a
+trial adds the code that computes the trial, the seed, the streams and the recorded
+values. Trials that could differ in a single number have different ids.
 """
 
 import hashlib
@@ -50,7 +50,7 @@ Purpose = Literal["start", "world", "noise", "made", "flown"]
 KIND = {"made": "start", "flown": "noise"}
 """Streams of the spec for purposes without a key.
 
-The variability of robots uses the stream of the start, and their failures use the
+The variability of robots uses the stream of the start, and failures of robots use the
 stream of the noise.
 """
 Counts = NDArray[np.int64]
@@ -61,7 +61,7 @@ Scene = tuple[Value, ...]
 STEPS = "steps"
 NO_MAPS: Mapping[str, OwnMap] = {}
 BLOCK = 20_000
-"""Points, or trials, whose ids are computed at once: a million would take 1 GB."""
+"""Maximum number of ids that are computed at once; a million would take 1 GB."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,8 +102,8 @@ class Job:
     point : str
         Id of the point, 16 hexadecimal digits.
     replicate : int
-        Number of the trial within its point, from 0. With `literal` it is only the
-        index in the list of seeds.
+        Number of the trial within the point, from 0. With `literal`, only the index in
+        the list of seeds.
     seed : int
         Seed of the study; with `literal` one of the listed seeds.
     literal : bool
@@ -120,10 +120,10 @@ class Job:
     known : Catalogue
         Models, metrics, maps and starts by name.
     earlier : LastState, optional
-        Last state of the same trial with fewer steps. By default the trial begins at
+        Last state of this trial with fewer steps. By default the trial begins at
         step 0.
     direction : str
-        Direction of a link of a chain, "up" or "down"; "" for other trials.
+        Direction of a link of a chain, "up" or "down"; "" if the trial is no link.
     parent : str
         Id of the trial with whose final flock a link begins. "" for the first link of
         a chain, which begins as its parameters define.
@@ -170,7 +170,7 @@ def stream(job: Job, purpose: Purpose) -> SeedSequence:
 
 
 def _point_of_any_steps(job: Job) -> str:
-    """Return the id that the point of a job would have with the steps of its preset."""
+    """Return the id of the point of a job, with the steps of the preset."""
     usual = usual_settings(job.model, job.preset, job.known)
     settings = job.settings | {STEPS: usual[STEPS]}
     return directed(point_id(job.model, job.preset, settings, usual), job.direction)
@@ -179,7 +179,7 @@ def _point_of_any_steps(job: Job) -> str:
 def literal_seed(job: Job, purpose: Purpose) -> int:
     """Return a seed for Python's `random.Random`.
 
-    It is the listed seed if the stream is common, otherwise 64 random bits.
+    The result is the listed seed if the stream is common, otherwise 64 random bits.
     """
     if job.literal and getattr(job.streams, purpose) == "common":
         return job.seed
@@ -203,7 +203,7 @@ def point_id(
     defaults : mapping
         All parameters of the preset.
     maps : mapping of OwnMap, default NO_MAPS
-        Maps that the spec contains. The id covers their obstacles.
+        Maps that the spec contains. The id covers the obstacles of the maps.
 
     Returns
     -------
@@ -222,7 +222,7 @@ def point_id(
 def directed(point: str, direction: str) -> str:
     """Return the id of a point for links of a direction.
 
-    The ids differ, so that the decreasing branch has its own random numbers.
+    The ids differ, so that the decreasing branch has different random numbers.
     """
     return _point_hash(f"{point} {DOWN}") if direction == DOWN else point
 
@@ -297,11 +297,11 @@ class Jobs(LazyJobs):
         return self._job(point, place - int(self._ends[point] - self.trials[point]))
 
     def ids(self) -> Ids:
-        """Return the ids of all jobs, in their order."""
+        """Return the ids of all jobs, in the order of the study."""
         return self.ids_at(np.arange(len(self)))
 
     def table(self) -> "pa.Table":
-        """Return a table of all jobs, in their order.
+        """Return a table of all jobs, in the order of the study.
 
         The columns are `trial_id`, `point`, `replicate` and `seed`, and `parent` for
         links of chains.
@@ -357,7 +357,7 @@ class Jobs(LazyJobs):
         places : array of int, shape (n,)
             Indices of the trials.
         recording : Recording, optional
-            Recorded values, if other than those of the study.
+            Recorded values; by default the values that the study records.
 
         Returns
         -------
@@ -437,7 +437,7 @@ class Jobs(LazyJobs):
 
     @property
     def points(self) -> list[str]:
-        """Ids of all points, in their order."""
+        """Ids of all points, in the order of the design."""
         return [point.decode() for point in self._points.tolist()]
 
     @cached_property
@@ -537,7 +537,7 @@ class _TrialIds:
     def of(self, point: str, ending: str, scene: Scene) -> bytes:
         """Return the id of a trial.
 
-        The id of its point covers the content of a map that the spec contains.
+        The id of the point covers the content of a map that the spec contains.
 
         Parameters
         ----------
@@ -653,7 +653,7 @@ def blocks_of(jobs: Sequence[Job], size: int) -> Iterator[Sequence[Job]]:
 
 
 def ids_recording(study: Study, jobs: Sequence[Job], recording: Recording) -> Ids:
-    """Return the ids that jobs would have with another recording.
+    """Return the ids of jobs for another recording.
 
     Parameters
     ----------
@@ -683,7 +683,7 @@ def ids_recording(study: Study, jobs: Sequence[Job], recording: Recording) -> Id
 
 
 def ids_of_steps(study: Study, jobs: Sequence[Job], steps: int) -> Ids:
-    """Return the ids that jobs would have with another number of steps.
+    """Return the ids of jobs for another number of steps.
 
     Parameters
     ----------
@@ -799,7 +799,7 @@ class LinkedJobs(LazyJobs):
         place : int
             Index of the chain.
         flock : LastFlock or None
-            None if the trial did not reach its end; then the chain ends too.
+            None if the trial did not reach the end; then the chain also ends.
 
         Returns
         -------
@@ -834,7 +834,7 @@ class LinkedJobs(LazyJobs):
 def _point_ids(study: Study, design: Design) -> NDArray[np.bytes_]:
     """Return `point_id` of every point.
 
-    The hashed text is put together column by column, which is much faster.
+    The hashed text is assembled column by column, which is much faster.
     """
     blocks = range(0, design.n_points, BLOCK)
     ids = [

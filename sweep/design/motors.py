@@ -25,7 +25,7 @@ Mask = NDArray[np.bool_]
 
 
 def check_motors(study: Study, points: Points) -> None:
-    """Raise SpecError if boids have motors or fail, and the model does not support it.
+    """Raise SpecError if the model does not support the motors or failures of boids.
 
     A model with motors, or with boids that stop or drift, must call `drive`.
     """
@@ -34,9 +34,9 @@ def check_motors(study: Study, points: Points) -> None:
 
 
 def _acting(points: Points) -> dict[str, Mask]:
-    """Return for each parameter at which points it changes the commanded velocity.
+    """Return masks of the points where a parameter changes the commanded velocity.
 
-    The masks have the shape (n_points,).
+    There is one mask per parameter, of shape (n_points,).
     """
     above = {
         name: points.column(name) > 0.0
@@ -58,7 +58,7 @@ def _check_model(study: Study, act: dict[str, Mask], fails: Mask) -> None:
         for name in filter(needed.get, needed):
             raise study.document.error(
                 study.place_of(name) or ("model",),
-                f"{name} needs a model that drives its boids, and {why}: {change}, and"
+                f"{name} needs a model that drives its boids, but {why}: {change};"
                 " see docs/own-models.md",
             )
     needed["failing_share"] = fails.any()

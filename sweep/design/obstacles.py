@@ -9,9 +9,9 @@ from sweep.spec import Mistakes, Place, Study
 
 
 def check_obstacles(study: Study, points: Points) -> None:
-    """Raise SpecError if obstacles move, and the study does not support it.
+    """Raise SpecError if obstacles move, and the study does not support motion.
 
-    The model must publish its steps and look at obstacles itself. Visits cannot be
+    The model must publish each step and look at obstacles directly. Visits cannot be
     counted by pixels, and no obstacle may cross the world within one step.
     """
     if place := _moving(study, points):
@@ -29,8 +29,8 @@ def _check_looks(study: Study, place: Place) -> None:
     if model.occupancy:
         raise study.document.error(
             place,
-            "a moving obstacle needs a model that looks at it, and"
-            f" {model.name} looks at an occupancy grid, which is that of the start",
+            "a moving obstacle needs a model that looks at obstacles, but"
+            f" {model.name} looks at an occupancy grid of the start",
         )
     names = [
         *(name for name in study.record.metrics if study.known.metrics[name].covers),
@@ -39,16 +39,16 @@ def _check_looks(study: Study, place: Place) -> None:
     if names:
         raise study.document.error(
             place,
-            "where obstacles move no visits can be counted by pixels, which would be"
-            f" free for a while or not at all: leave {', '.join(names)} out of what is"
-            " recorded",
+            "moving obstacles exclude counts of visits per pixel, because pixels are"
+            f" not always free: leave {', '.join(names)} out of"
+            " `record`",
         )
 
 
 def _check_way(study: Study, points: Points) -> None:
     """Raise SpecError if an obstacle crosses the world within one step.
 
-    An obstacle acts only at its position after the step, not on the way to it.
+    An obstacle acts only at the position after the step, not on the way.
     """
     dt = points.column("dt")
     maps = points.column("map")
@@ -68,12 +68,12 @@ def _check_way(study: Study, points: Points) -> None:
             raise study.document.error(
                 ("maps", name) if name in study.maps else study.place_of(name) or (),
                 "an obstacle moves farther in one step than the world is wide or high"
-                f"{where}: {name} needs lower velocities, or a shorter step",
+                f"{where}: {name} needs lower velocities, or a smaller dt",
             )
 
 
 def _moving(study: Study, points: Points) -> Place:
-    """Return the key of the spec that lets obstacles move; () if none moves."""
+    """Return the key of the spec that lets obstacles move, or ()."""
     if (points.column("obstacle_speed") > 0.0).any():
         return study.place_of("obstacle_speed") or ("model",)
     for name in dict.fromkeys(points.column("map").tolist()):

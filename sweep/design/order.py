@@ -1,8 +1,8 @@
 """The order of trials from coarse to fine, an alternative to the longest trial first.
 
 Each value of an axis has a fineness. The first and the last value have 0 and 1, the
-middle one 2, the values between them 3 and 4, and so on. This is the sequence of van
-der Corput, with the ends before it. A sample keeps its own order, because each
+middle value 2, the values in between 3 and 4, and so on. The order is the two ends,
+then the sequence of van der Corput. The order of a sample does not change, because each
 beginning of a Sobol or Halton sequence is spread evenly. The fineness of a point is the
 largest fineness of its values. So the points up to a fineness are a complete grid,
 which each further fineness makes denser.

@@ -1,4 +1,4 @@
-"""The plan of a study: its counts and estimates, without running a trial."""
+"""The plan of a study: counts and estimates, without running a trial."""
 
 import json
 import math
@@ -21,9 +21,9 @@ LEAST_SAID = 0.1
 
 
 class StudyPlan(Protocol):
-    """Estimates of any study, also of one whose section has a plan of its own.
+    """Estimates of any study, also of a study with a separate type of plan.
 
-    The members are those that all plans have, as `Plan` describes them.
+    The members are common to all plans; see `Plan`.
     """
 
     @property
@@ -90,7 +90,7 @@ class Plan:
     """Counts and estimates of a study.
 
     If a rule adds trials or points, the numbers of trials, the seconds and the bytes
-    are those of the largest study that the rule allows.
+    are for the largest study that the rule allows.
 
     Attributes
     ----------
@@ -101,7 +101,7 @@ class Plan:
         Number of points at first.
     trials_per_point, trials : int
     fewest_trials : int
-        Number of trials before a rule adds any.
+        Number of trials before a rule adds trials.
     varied : list of str
         Names of the columns in which points differ.
     rejected : tuple of Rejection
@@ -122,7 +122,7 @@ class Plan:
         Steps of the probe that estimated the seconds; 0 if the cost of all code is
         known.
     compiling_seconds : float
-        Additional wall time, once; 0 if the model is compiled already.
+        Additional wall time, once; 0 if the model is already compiled.
     last_state_bytes : float
     continued : int
         Number of trials that resume from stored last states.
@@ -199,19 +199,19 @@ class Plan:
         if self.continued:
             trials = f"{self.continued:,} trials"
             steps = f"{self.steps_saved:,} steps"
-            lines.append(f"goes on    {trials} from last states, {steps} less to run")
+            lines.append(f"resumed    {trials} from last states, {steps} less to run")
         return "\n".join(lines + [f"note       {note}" for note in self.notes])
 
     def _last_states(self) -> str:
         states = self.last_state_bytes
-        return f", {size(states)} of them last states" if states else ""
+        return f", including {size(states)} of last states" if states else ""
 
     def _trials(self) -> str:
         if self.rule is None:
-            return f"{self.trials:,} ({self.trials_per_point:,} a point)"
+            return f"{self.trials:,} ({self.trials_per_point:,} per point)"
         return (
             f"{self.fewest_trials:,} to {self.trials:,} ({self.rule.least:,} to"
-            f" {self.rule.most:,} a point{self.rule.in_words})"
+            f" {self.rule.most:,} per point{self.rule.in_words})"
         )
 
 
@@ -224,7 +224,7 @@ def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:
     workers : int
         Number of worker processes.
     pace : TrialPace, default KNOWN_PACE
-        Measured duration of trials as a multiple of the estimated one.
+        Measured duration of trials as a multiple of the estimated duration.
 
     Returns
     -------
@@ -266,8 +266,8 @@ def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:
 def notes_of(study: Study, design: Design, free: Collection[str] = ()) -> Iterator[str]:
     """Yield sentences about effects of a spec that a user might not expect.
 
-    They name parameters without an effect, a torus that is not periodic, ranges of
-    metrics beyond half of the world, and what a model does not declare.
+    The sentences name parameters without an effect, a torus that is not periodic,
+    ranges of metrics beyond half of the world, and missing declarations of a model.
 
     Parameters
     ----------
@@ -296,13 +296,13 @@ def notes_of(study: Study, design: Design, free: Collection[str] = ()) -> Iterat
     yield from _too_long(study, points)
     if missing := to_declare(study.known.models[study.model]):
         yield (
-            f"the Model of {study.model} does not say what its robots can do: add"
+            f"the Model of {study.model} does not declare the abilities of robots: add"
             f" {missing}"
         )
 
 
 def _of_torus(study: Study, points: Points) -> Iterator[str]:
-    """Yield a note on a torus that wraps only positions, if the spec does not ask."""
+    """Yield a note on a torus that wraps only positions, unless the spec asks so."""
     only_wraps = (points.column("borders") == TORUS) & ~points.column("minimum_image")
     if only_wraps.any() and not study.place_of("minimum_image"):
         torus = f"the torus of preset {study.preset} {WRAPS_ONLY}"
@@ -329,7 +329,7 @@ def _too_long(study: Study, points: Points) -> Iterator[str]:
             unit = study.settings[name].unit
             yield (
                 f"{name} is {values[first]:g} {unit}, more than half of the world,"
-                f" {half[first]:g} {unit}: what boids do hardly changes"
+                f" {half[first]:g} {unit}: the motion of boids hardly changes"
                 f" {', '.join(metrics)}"
             )
 

@@ -62,7 +62,7 @@ class Points:
         study : Study
         expression : Expression
         place : Place
-            Key of the spec that an error names.
+            Key of the spec for errors.
 
         Returns
         -------
@@ -71,7 +71,7 @@ class Points:
         Raises
         ------
         SpecError
-            If the expression has no value at a point. The error names the first one.
+            If the expression has no value at a point. The error names the first point.
         """
         try:
             return expression.evaluate({**self.base, **self.columns}, self.count)
@@ -148,9 +148,10 @@ def united(designs: Sequence[Points]) -> tuple[Points, int]:
 
 
 def fitted_to_map(study: Study, points: Points) -> Points:
-    """Return the points with the width and height of their maps.
+    """Return the points with the width and height of the maps.
 
-    A map without a size, and a width or height of the study, change nothing.
+    A map without a size does not change a point. A width or height of the study is not
+    replaced.
     """
     base = dict(points.base)
     columns = dict(points.columns)
@@ -172,8 +173,8 @@ def fitted_to_map(study: Study, points: Points) -> Points:
 def across(study: Study, values: Mapping[str, Any]) -> dict[str, Any]:
     """Return the `minimum_image` that the borders among parameter values imply.
 
-    A torus is periodic, unless the study defines `minimum_image`: then nothing is
-    implied. The values are those of one point, or arrays of values of many points.
+    A torus is periodic. If the study defines `minimum_image`, no value is implied. The
+    values belong to one point, or are arrays with the values of many points.
     """
     if "borders" not in values or study.place_of("minimum_image"):
         return {}
@@ -181,10 +182,10 @@ def across(study: Study, values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def check_maps(study: Study, points: Points) -> None:
-    """Raise SpecError if a map does not fit the model, or its size the study.
+    """Raise SpecError if a map does not fit the model or the size in the study.
 
-    The map must have the model's unit of length. A width and a height of the study must
-    be those of the map.
+    The map must have the unit of length of the model. A width and a height of the study
+    must equal the size of the map.
     """
     length = study.known.models[study.model].length
     maps = study.known.maps
@@ -195,9 +196,9 @@ def check_maps(study: Study, points: Points) -> None:
             )
             raise study.document.error(
                 study.place_of("map") or ("model",),
-                f"map {name} is measured in {maps[name].unit}, and {study.model} in"
+                f"map {name} is measured in {maps[name].unit}, but {study.model} in"
                 f" {length}; "
-                f'maps in {length}: {fitting}; or give shapes of your own under "maps"',
+                f'maps in {length}: {fitting}; or define custom shapes under "maps"',
             )
     values = {**points.base, **points.columns}
     for side, name in enumerate(SIDES):
@@ -222,6 +223,6 @@ def _maps(points: Points) -> list[str]:
 
 
 def _sizes(study: Study, points: Points) -> dict[str, tuple[float, float]]:
-    """Return width and height of the maps of points that have their own size."""
+    """Return width and height of the maps with a size at some points."""
     sizes = {name: study.map_size(name) for name in _maps(points)}
     return {name: size for name, size in sizes.items() if size is not None}

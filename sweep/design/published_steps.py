@@ -15,14 +15,14 @@ def check_published(
     name : str
         Name of the parameter that needs the call, or a noun phrase for the error.
     ability : str
-        Relative clause for the error: what the model must do.
+        Words after "a model" in the error, about the missing ability.
     place : Place, optional
-        Key of the spec that the error names; by default that of the parameter.
+        Key of the spec for the error; by default the key of the parameter.
 
     Raises
     ------
     SpecError
-        If the model calls no `publish`, or declares that it does not.
+        If the model calls no `publish`, or declares the absence of the call.
     """
     model = study.known.models[study.model]
     why = why_not(model, "publishes")
@@ -31,6 +31,6 @@ def check_published(
     change = remedy(model, "publishes", to_publish(model.advance))
     raise study.document.error(
         place or study.place_of(name) or ("model",),
-        f"{name} needs a model {ability}, and {why}:"
-        f" {change + ', and ' if change else ''}see docs/own-models.md",
+        f"{name} needs a model {ability}, but {why}:"
+        f" {change + '; ' if change else ''}see docs/own-models.md",
     )

@@ -1,7 +1,7 @@
-"""The recorded values of trials, as ids of trials cover them.
+"""The recorded values of trials, which ids of trials cover.
 
-Two trials that differ only in their recording are the same simulation run. Values that
-both record are bitwise identical.
+Trials that differ only in the recording are one simulation run. Values in the two
+recordings are bitwise identical.
 """
 
 from collections.abc import Mapping
@@ -12,7 +12,7 @@ from sweep.design.code import study_code
 from sweep.spec import LAST_FLOCKS, LAST_STATES, RecordSpec, Study
 
 LATER = (LAST_STATES, LAST_FLOCKS)
-"""Keys of later versions; ids cover them only if they are true."""
+"""Keys of later versions; ids cover a key only if the value is true."""
 
 
 class Recording(NamedTuple):
@@ -35,7 +35,7 @@ class Recording(NamedTuple):
         return cls(study_code(study).metrics, recorded_content(study.record))
 
     def covers(self, other: "Recording") -> bool:
-        """Return whether it has all values of another recording, by the same code."""
+        """Return whether all values of another recording are here, by equal code."""
         mine = self.content
         theirs = other.content
         derived = mine.get("derive", {})
@@ -50,7 +50,7 @@ class Recording(NamedTuple):
         )
 
     def shared(self, other: "Recording") -> list[str]:
-        """Return the measured metrics that both have, by the same code and frames."""
+        """Return the measured metrics in common, with equal code and frames."""
         if self.content["every"] != other.content["every"]:
             return []
         return [
@@ -71,7 +71,7 @@ def recorded_content(record: RecordSpec) -> dict[str, Any]:
         "series": sorted(record.series),
         "derive": {metric.name: metric.expression.text for metric in record.derive},
     }
-    # Trials without keys of later versions keep the ids that they had.
+    # Trials without keys of later versions keep the earlier ids.
     if not record.derive:
         del content["derive"]
     for key in LATER:

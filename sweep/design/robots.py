@@ -1,4 +1,4 @@
-"""Differences between the boids of a point and ideal boids, and their medium."""
+"""Differences between the boids of a point and ideal boids, and the medium."""
 
 from collections.abc import Iterator, Mapping
 

@@ -11,19 +11,19 @@ from sweep.design.published_steps import check_published
 from sweep.spec import Mistakes, Place, Study
 
 MOST_BYTES = 2**28
-"""Bound of the messages that are under way in one trial."""
+"""Bound of the messages in transit in one trial."""
 MOST_STEPS = 2.0**53
-"""Bound of a time in steps: beyond it a double cannot represent each integer."""
+"""Bound of a time in steps: a double cannot represent each larger integer."""
 NEARLY = 1e-9
-"""Tolerance of an integer number of steps: in steps, and relative to this number."""
+"""Tolerance of an integer number of steps: in steps, and relative to the number."""
 NOISES = "position_noise", "velocity_noise"
 Mask = NDArray[np.bool_]
 
 
 def check_senses(study: Study, points: Points) -> None:
-    """Raise SpecError if sensing is not consistent, or the model does not support it.
+    """Raise SpecError if sensing is not consistent or not supported by the model.
 
-    The error covers all mistakes and names the first point of each one.
+    The error covers all mistakes and names the first point of each mistake.
     """
     mistakes = Mistakes()
 
@@ -74,7 +74,7 @@ def _steps(points: Points, name: str) -> NDArray[np.float64]:
 
 
 def _few_steps(points: Points, name: str) -> NDArray[np.float64]:
-    """Return a time in steps at each point; 0 for infinity, which has its own error."""
+    """Return a time in steps at each point; 0 for infinity, a separate error."""
     steps = _steps(points, name)
     return np.where(np.isfinite(steps), steps, 0.0)
 
@@ -114,32 +114,32 @@ def _too_many(name: str, value: float, dt: float) -> str:
 def _between_steps(name: str, value: float, dt: float) -> str:
     below = int(value // dt)
     return (
-        f"{name} must be a whole number of steps of dt:"
-        f" {below * dt:.12g} or {(below + 1) * dt:.12g}, not {value:.12g}"
+        f"{name} = {value:.12g} is not a multiple of dt"
+        f" (use {below * dt:.12g} or {(below + 1) * dt:.12g})"
     )
 
 
 def _too_large(_name: str, _value: float, dt: float, n: int) -> str:
     most = int(MOST_BYTES // (32 * n)) - 1
     return (
-        f"the messages of {n} boids that are under way need more than"
-        f" {MOST_BYTES // 2**20} MiB: a sensing_delay up to {most * dt:.12g} fits"
+        f"messages in transit between {n} boids need more than"
+        f" {MOST_BYTES // 2**20} MiB; allowed: sensing_delay up to {most * dt:.12g}"
     )
 
 
 def _half_coupled(*_values: Any) -> str:
     return (
         "coupled errors need position_noise, velocity_noise and noise_time above 0: the"
-        " error of the place is the integral of that of the velocity"
+        " position error is the integral of the velocity error"
     )
 
 
 def _bodiless(*_values: Any) -> str:
-    return "boids that hide others need a body_radius above 0"
+    return "occlusion by boids needs a body_radius above 0"
 
 
 def _check_model(study: Study, points: Points) -> None:
-    """Raise SpecError if boids sense, and the model does not let them."""
+    """Raise SpecError if boids sense, and the model does not support sensing."""
     for name, on in (
         ("position_noise", _above(points, "position_noise")),
         ("velocity_noise", _above(points, "velocity_noise")),
@@ -150,4 +150,4 @@ def _check_model(study: Study, points: Points) -> None:
         ("occlusion", points.column("occlusion") != "none"),
     ):
         if on.any():
-            check_published(study, name, "whose boids measure and hear")
+            check_published(study, name, "with sensing and communication")

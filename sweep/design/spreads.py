@@ -22,6 +22,6 @@ def check_spreads(study: Study, points: Points) -> None:
         if (points.column(name) > 0.0).any():
             raise study.document.error(
                 study.place_of(name) or ("model",),
-                f"{name} gives each robot a pair potential of its own, and"
-                f" {', '.join(metrics)} need one of all: leave out one of the two",
+                f"{name} gives each robot a separate pair potential, but"
+                f" {', '.join(metrics)} need a common potential: use only one",
             )

@@ -1,8 +1,8 @@
 """Ids of trials in memory: 12 bytes each, in arrays that are sorted and searched.
 
 In tables an id is a string of 24 hexadecimal digits, which takes more than twice the
-memory. As a Python object it takes six times the memory. So a run of millions of trials
-has the strings of one block at a time.
+memory. A Python string takes six times the memory. So a run of millions of trials has
+the strings of one block at a time.
 """
 
 import re
@@ -26,7 +26,7 @@ BLOCK = 100_000
 
 
 def packed(texts: Iterable[str]) -> Ids:
-    """Return the ids that strings represent. Raises ValueError if one is not an id."""
+    """Return the ids in strings. Raises ValueError if a string is not an id."""
     import pyarrow as pa
 
     return packed_array(pa.array(texts, pa.string()))
@@ -35,7 +35,7 @@ def packed(texts: Iterable[str]) -> Ids:
 def packed_array(texts: "pa.Array") -> Ids:
     """Return the ids that an array of strings represents.
 
-    No Python string is created for each id. Raises ValueError if one is not an id.
+    No Python strings are created. Raises ValueError if a string is not an id.
     """
     import pyarrow as pa
     import pyarrow.compute as pc
@@ -77,7 +77,7 @@ def _texts(ids: Ids) -> "pa.Array":
 
 
 def _sound(texts: "pa.ChunkedArray") -> Iterator[tuple[NDArray[np.int64], Ids]]:
-    """Yield the rows of strings that are ids, and these ids, block after block."""
+    """Yield the rows of strings that are ids, and the ids, block after block."""
     for first in range(0, len(texts), BLOCK):
         block = texts.slice(first, BLOCK).combine_chunks()
         sound = are_ids(block)
@@ -134,7 +134,7 @@ class KnownIds(NamedTuple):
     def places_of_column(self, texts: "pa.ChunkedArray") -> NDArray[np.int64]:
         """Return the row of each id in a column of a stored table.
 
-        It is -1 for an unknown id, and for a string that is not an id.
+        The row is -1 for an unknown id, and for a string that is not an id.
         """
         rows = np.full(len(texts), -1, np.int64)
         for sound_rows, sound_ids in _sound(texts):

@@ -1,7 +1,7 @@
-"""The questions that the page may ask, one class per question.
+"""The questions that the page may ask, a class per question.
 
-`read` makes such a question from the query of a GET. The query may come from anyone, so
-`read` limits and checks all of it.
+`read` makes a question from the query of a GET. The query may come from anyone, so
+`read` limits and checks the whole query.
 """
 
 import math
@@ -16,7 +16,7 @@ MOST_CHARACTERS = 2000
 MOST_VALUES = 100
 DIGITS = 10
 MOST_ROWS = 200
-"""Number of rows of one page of a table."""
+"""Number of rows of a page of a table."""
 SEEN = {"key": "seen"}
 """Metadata of a field `known_revision`, whose key in a query is `seen`."""
 
@@ -37,8 +37,8 @@ class AskStudies:
 class AskState:
     """The progress of a study.
 
-    `known_revision` is the revision that the page has. If it is still the newest one,
-    the answer has only the revision and the owners of a launch.
+    `known_revision` is the revision that the page has. If this revision is still the
+    newest, the answer has only the revision and the owners of a launch.
     """
 
     study: str
@@ -79,8 +79,8 @@ class AskComparison:
     """A page of the comparison of two sides.
 
     The fields have the names and meanings of the options of `sweep compare`.
-    `known_revision` is the revision that the page has. If it is still the newest one,
-    the answer has only the revision.
+    `known_revision` is the revision that the page has. If this revision is still the
+    newest, the answer has only the revision.
     """
 
     a: str
@@ -106,8 +106,8 @@ class AskSearch:
 class AskScorecard:
     """The scorecard that a reproduction has written, `full` or `quick`.
 
-    `known_revision` is the revision that the page has. If it is still the newest one,
-    the answer has only the revision.
+    `known_revision` is the revision that the page has. If this revision is still the
+    newest, the answer has only the revision.
     """
 
     scale: str = "full"
@@ -163,8 +163,8 @@ class AskRefine:
     """The change of a spec that puts more points into a region.
 
     The region is between two values of parameters, each "NAME LOW HIGH" in `between`,
-    or around the points in `point`. Each segment between two values there is divided
-    into `parts`. A number of `replicates` other than 0 is the number of trials per
+    or around the points in `point`. Each segment between two values in the region is
+    divided into `parts`. A number of `replicates` above 0 is the number of trials per
     point.
     """
 
@@ -211,10 +211,10 @@ def _text(name: str, value: str) -> str:
 def _read(name: str, hint: Any, values: list[str]) -> Any:
     if hint == Texts:
         if len(values) > MOST_VALUES:
-            raise ChoiceError(f"{name} stands more than {MOST_VALUES} times")
+            raise ChoiceError(f"{name} occurs more than {MOST_VALUES} times")
         return tuple(values)
     if len(values) > 1:
-        raise ChoiceError(f"{name} stands {len(values)} times; allowed: once")
+        raise ChoiceError(f"{name} occurs {len(values)} times; allowed: once")
     if hint == Flag:
         return _flag(name, values[0])
     if hint in (Real, MaybeReal):
@@ -240,6 +240,6 @@ def _real(name: str, text: str) -> float:
 
 def _number(name: str, text: str) -> int:
     if not (text.isascii() and text.isdecimal() and len(text) < DIGITS):
-        allowed = "a whole number from 0"
+        allowed = "an integer from 0"
         raise ChoiceError(f'{name} is "{shortened(text)}"; allowed: {allowed}')
     return int(text)

@@ -20,8 +20,8 @@ def refine(
 ) -> dict[str, Any]:
     """Return a proposal that puts more points into a region.
 
-    The proposal changes the spec that the user has opened for launching, if that is the
-    spec of the study. Otherwise it changes the stored spec.
+    If the user has opened the spec of the study for launching, the proposal changes the
+    opened spec. Otherwise the proposal changes the stored spec.
 
     Parameters
     ----------
@@ -35,13 +35,14 @@ def refine(
     Returns
     -------
     dict
-        The fields of `sweep.web.launching.Proposal`, and two more: `between`, the
-        region as understood, and `replicates` of the spec, or None.
+        The fields of `sweep.web.launching.Proposal`; also `between`, the region as
+        understood, and `replicates` of the spec, or None.
 
     Raises
     ------
     ChoiceError
-        If the region is not valid. Raises as `refined` and `compare`, too.
+        If the region is not valid. The exceptions of `refined` and `compare` are raised
+        too.
     """
     stored = watched.narrow(question.study)
     opened = launcher.now() if launcher and launcher.study == question.study else None
@@ -59,7 +60,7 @@ def refine(
         study = spec_like(spec, text)
         proposal = proposed(study, spec.text, watched.results)
         if launcher:
-            why = f"This page launches {launcher.file}, which is another study."
+            why = f"This page launches {launcher.file}, a spec of another study."
             proposal = proposal._replace(why_not=why)
     return proposal.as_reply() | {"between": between, "replicates": spec.replicates}
 
@@ -75,7 +76,7 @@ def _range(text: str) -> tuple[str, Range]:
     except ValueError:
         low = high = math.nan
     if not (math.isfinite(low) and math.isfinite(high)):
-        allowed = "NAME LOW HIGH, as n 10 50"
+        allowed = "NAME LOW HIGH, such as n 10 50"
         raise ChoiceError(f'between is "{shortened(text)}"; allowed: {allowed}')
     return name, (low, high)
 

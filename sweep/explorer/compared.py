@@ -33,22 +33,22 @@ from sweep.text import unknown
 def comparison(watched: Watched, question: AskComparison) -> dict[str, Any]:
     """Return a page of the comparison of two sides.
 
-    `revision` identifies the stored trials of both sides. If the page knows it already,
-    the answer has only this key. With `csv` the answer is the whole table, as `sweep
-    compare --csv` prints it. Otherwise the answer has:
+    `revision` identifies the stored trials of the two sides. If the page already has
+    this revision, the answer has only this key. With `csv` the answer is the whole
+    table, equal to the output of `sweep compare --csv`. Otherwise the answer has:
 
-        facts        those of `sweep compare --json`, with the rows of this page
-        titles       the titles of the columns of `cells`
-        cells        the texts of each row
-        behind       for each row the trials behind it: a metric, and the id of a point
-                     of each side
-        settings     the parameters that distinguish rows
-        heading      the text above the table that `command` prints
-        notes        the texts below it
-        metrics      all that can be compared
-        corrections  the words of `--together`
+    - ``facts``: the facts of `sweep compare --json`, with the rows of this page
+    - ``titles``: the titles of the columns of `cells`
+    - ``cells``: the texts of each row
+    - ``behind``: for each row the trials behind the row: a metric, and the id of a
+      point of each side
+    - ``settings``: the parameters that distinguish rows
+    - ``heading``: the text above the table that `command` prints
+    - ``notes``: the texts below the table
+    - ``metrics``: all metrics that can be compared
+    - ``corrections``: the values of `--together`
 
-    Raises ChoiceError as `compare_sides`.
+    The exceptions of `compare_sides` are raised.
     """
     names = [study_named(text) for text in (question.a, question.b)]
     revision = " ".join(watched.revision(name) for name in names)
@@ -83,7 +83,7 @@ def comparison(watched: Watched, question: AskComparison) -> dict[str, Any]:
 
 
 def _behind(compared: Comparison, place: int) -> dict[str, str]:
-    """Return the metric and the two points behind the row at a place."""
+    """Return the metric and the two points behind the row at an index."""
     pairs = compared.matching.points
     metric = Column.read(compared.rows["metric"].iloc[place]).metric
     a, b = pairs[place % len(pairs)]

@@ -1,4 +1,4 @@
-"""Figures for the page: the marks of a figure, and the command that draws it."""
+"""Figures for the page: the marks of a figure, and the command of the figure."""
 
 from typing import Any, NamedTuple
 
@@ -27,10 +27,10 @@ from sweep.text import unknown
 def figure(watched: Watched, question: AskFigure) -> dict[str, Any]:
     """Return the marks of a figure, and the choices that the page offers next.
 
-    For the marks, see `sweep.figures.marks`; each panel has its `marks` as lists by
-    column. `kind` is the kind that is shown. `kinds` has all kinds, each with the
-    reason why it does not suit, or "". `command` draws the same figure. Raises
-    ChoiceError as `sweep plot`.
+    For the marks, see `sweep.figures.marks`; each panel has `marks` as lists by column.
+    `kind` is the shown kind. `kinds` has all kinds, each with the reason why the kind
+    does not suit, or "". `command` draws the figure. ChoiceError is raised in the cases
+    in which `sweep plot` reports an error.
     """
     study, reasons, chosen, choices = _choose(watched, question)
     offered = {name: KINDS[name] for name in reasons}
@@ -55,18 +55,19 @@ def figure(watched: Watched, question: AskFigure) -> dict[str, Any]:
 
 
 def drawn(watched: Watched, question: AskFigure) -> Figure:
-    """Return the same figure as `sweep plot` draws it.
+    """Return the figure that `sweep plot` draws.
 
-    Raises ChoiceError as `figure`.
+    The exceptions of `figure` are raised.
     """
     study, _, chosen, choices = _choose(watched, question)
     return KINDS[chosen].figures(study, choices)[0].draw()
 
 
 class _Chosen(NamedTuple):
-    """A kind of figure of a study, and its arguments.
+    """A kind of figure of a study, and the arguments.
 
-    `reasons` has for each kind why it does not suit, "" for a kind that does.
+    `reasons` has, per kind, the reason why the kind does not suit; "" for a suitable
+    kind.
     """
 
     study: StoredStudy
@@ -98,7 +99,7 @@ def figure_command(
     watched : Watched
         The stored studies.
     question : AskFigure
-        Names the study and the selection of its points.
+        Names the study and the selection of points.
     kind : str
         Name of the kind of figure.
     choices : Choices
@@ -141,17 +142,18 @@ def _about(name: str, reasons: dict[str, str]) -> dict[str, str]:
 def _suiting(study: StoredStudy, reasons: dict[str, str]) -> str:
     """Return the kind of figure that suits a study.
 
-    That is the first kind of those of a search, if one suits. Otherwise the number of
-    its axes of parameters is nearest to the number that the study can fill. Parameters
-    with a scale and more than two values fill an axis. The kind shows numbers, not
-    their precision. Raises ChoiceError if no kind suits.
+    For a search, the result is the first suitable kind for searches. Otherwise the
+    result is the kind whose number of parameter axes is nearest to the number that the
+    study can fill. Parameters with a scale and more than two values fill an axis. Kinds
+    that show the precision of numbers are excluded. Raises ChoiceError if no kind
+    suits.
     """
     numbers = [name for name in reasons if not KINDS[name].of_precision]
     suiting = [name for name in numbers if not reasons[name]]
     if not suiting:
-        select(study)  # without a done trial that is the one reason
+        select(study)  # without a done trial, this error is the only reason
         why = "; ".join(f"{name}: {reason}" for name, reason in reasons.items())
-        raise ChoiceError(f"no figure suits it: {why}", study.name)
+        raise ChoiceError(f"no kind of figure suits the study: {why}", study.name)
     if of_search := [name for name in suiting if KINDS[name].of_search]:
         return of_search[0]
     points = select(study).points

@@ -1,7 +1,7 @@
-"""The page of the explorer as one text, for a frame of a notebook.
+"""The page of the explorer as a single text, for a frame of a notebook.
 
-The page may load nothing and send nothing. It reaches the kernel through the frame that
-contains it.
+The page may not load or send anything. The page reaches the kernel through the
+enclosing frame.
 """
 
 from html import escape
@@ -9,13 +9,13 @@ from html import escape
 from sweep.web import STATIC, script, source_of, style
 
 IN_A_NOTEBOOK = {"ask": "kernel", "socket": "kernel"}
-"""Modules of the page, with those that replace them in a notebook."""
+"""Modules of the page, with their replacements in a notebook."""
 
 
 def framed() -> str:
     """Return the page of a frame.
 
-    The frame tells the page the address with which it begins.
+    The frame gives the page an initial address.
     """
     program = script("show", IN_A_NOTEBOOK)
     curves = (STATIC / "uplot.js").read_text(encoding="utf-8")
@@ -25,7 +25,7 @@ def framed() -> str:
         f" {source_of(curves)} {source_of(program)}; style-src {source_of(rules)};"
         " img-src blob: data:; form-action 'none'"
     )
-    # Without a base of its own a frame takes that of the notebook for its links.
+    # Without a base a frame uses the base of the notebook for links.
     return f"""<!doctype html>
 <html lang="en">
 <head>

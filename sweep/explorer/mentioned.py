@@ -1,6 +1,6 @@
-"""Published numbers for a figure: those that hold at the parameters of its points.
+"""Published numbers for a figure, at the parameters of the points of the figure.
 
-The page asks for them separately, since reading them takes longer than drawing the
+The page asks for the numbers separately, since reading takes longer than drawing the
 figure.
 """
 
@@ -18,13 +18,12 @@ from sweep.web import published
 def published_at(watched: Watched, question: AskPublished) -> dict[str, Any]:
     """Return the published means of a metric at the points of a study.
 
-    `published` has one entry per number and point: `point`, `value`, `where` and
-    `says`. Each number is about trials with all parameters of that point. It is about
+    `published` has an entry per number and point: `point`, `value`, `where` and `says`.
+    Each number is about trials with all parameters of the point. The number is about
     the last frame, or the second half of a trial with `half`.
 
-    A number about points with several values of a parameter belongs to no point. The
-    same holds for a number about a custom map. Raises ChoiceError for an unknown
-    metric.
+    A number about points with several values of a parameter, or about a custom map,
+    belongs to no point. Raises ChoiceError for an unknown metric.
     """
     study = watched.counted(question.study)[1]
     metric = recorded(study, question.metric)

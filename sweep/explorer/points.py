@@ -27,10 +27,10 @@ from sweep.tables import (
 def points(watched: Watched, question: AskPoints) -> dict[str, Any]:
     """Return a page of the table.
 
-    `rows` are those of `sweep table --json`. `points` has for each row the id of its
-    point; it is empty for a table that pools points. `cells` has for each row the texts
-    of its headings and metrics. With `csv` the answer is the whole table, as `sweep
-    table --csv` prints it.
+    `rows` equal the rows of `sweep table --json`. `points` has, per row, the id of the
+    point; the list is empty for a table that pools points. `cells` has, per row, the
+    texts of headings and metrics. With `csv` the answer is the whole table, equal to
+    the output of `sweep table --csv`.
     """
     study = watched.narrow(question.study, question.metric).where(*question.where)
     by = list(question.by) or None
@@ -97,7 +97,7 @@ def spelled_command(
     options : mapping of str to iterable of str
         Values by option; an option appears once per value.
     watched : Watched
-        The stored studies. The command names their folder unless it is `results`.
+        The stored studies. The command names the folder, except for `results`.
     """
     words = ["sweep", verb, *names]
     for option, values in options.items():

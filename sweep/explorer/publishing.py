@@ -1,6 +1,6 @@
 """The publication that a supplement belongs to: title, authors, DOI, licence, caption.
 
-These texts are options of a command, or come from a CITATION.cff.
+The texts are options of a command, or come from a CITATION.cff.
 """
 
 import re
@@ -33,21 +33,18 @@ class PaperTexts(NamedTuple):
     caption: str = ""
 
     def or_else(self, other: "PaperTexts") -> "PaperTexts":
-        """Return these texts, with those of `other` where one is missing."""
+        """Return these texts, with the texts of `other` in place of missing texts."""
         stated = {name: text for name, text in self._asdict().items() if text}
         return other._replace(**stated)
 
     @property
     def licence_said(self) -> str:
-        """The licence, or a sentence that none is stated."""
+        """The licence, or the sentence about a missing licence."""
         return self.licence or NO_LICENCE
 
     @property
     def reference(self) -> str:
-        """One line for a list of references.
-
-        It is "" if neither authors nor a DOI are stated.
-        """
+        """A line for a list of references; "" without authors and DOI."""
         if not (self.authors or self.doi):
             return ""
         who = f"{', '.join(self.authors)}: " if self.authors else ""
@@ -84,9 +81,9 @@ def publication(
 def read_cff(path: Path) -> PaperTexts:
     """Return the texts of a CITATION.cff.
 
-    The texts are its title, authors, doi, license and abstract. The file may have other
-    keys. Raises SpecError if it cannot be read, and ChoiceError for a DOI that is not
-    valid.
+    The texts are title, authors, doi, license and abstract. The file may have further
+    keys. Raises SpecError if the file cannot be read, and ChoiceError for a DOI that is
+    not valid.
     """
     root = read_document(path)
     _ = root.mapping()
@@ -104,5 +101,5 @@ def read_cff(path: Path) -> PaperTexts:
 def _doi(text: str) -> str:
     doi = RESOLVERS.sub("", text.strip(), count=1)
     if doi and not DOI.fullmatch(doi):
-        raise ChoiceError(f'DOI "{text}" is none; allowed: as 10.1000/182')
+        raise ChoiceError(f'"{text}" is not a DOI; allowed: such as 10.1000/182')
     return doi

@@ -1,8 +1,8 @@
 """The change of a spec that adds points to a region of a study, or trials per point.
 
 A further design under `sweep` adds the points. The points of the further design are
-united with those that the spec has. So no point is lost, and the text of the other
-designs stays.
+united with the present points of the spec. So no point is lost, and the text of the
+present designs stays unchanged.
 """
 
 import math
@@ -39,15 +39,16 @@ MOST_PARTS = 100
 ROUNDED = 1e-5
 """Relative error of the ends of a region: pages show 6 digits."""
 EDGE = 1e-3
-"""Fraction of a segment between two values that counts as its end, since the ends of a
-region are rounded.
+"""Fraction of a segment between two values that counts as an end of the segment.
+
+The fraction is needed because the ends of a region are rounded.
 """
 NARROWED = {
     name: distribution
     for name, distribution in DISTRIBUTIONS.items()
     if distribution.bounded and distribution.kind != "listed"
 }
-"""Distributions that are written as two numbers, between which they draw."""
+"""Distributions that draw between two numbers, which a spec states."""
 
 
 @dataclass(frozen=True)
@@ -55,9 +56,9 @@ class Extension:
     """The additions to a spec.
 
     `between` has the least and the largest value of the region, by parameter. Each
-    segment between two values there is divided into `parts`, by equal ratios for the
-    parameters in `logarithmic`. `replicates` is the new number of trials per point; 0
-    keeps the number.
+    segment between two values in the region is divided into `parts`, by equal ratios
+    for the parameters in `logarithmic`. `replicates` is the new number of trials per
+    point; 0 keeps the number.
     """
 
     between: Mapping[str, Range]
@@ -69,13 +70,16 @@ class Extension:
 def refined(study: Study, extension: Extension) -> str:
     """Return the text of the spec of a study with more points or replicates.
 
-    Comments stay. Raises ChoiceError in these cases: nothing is to be added; a
-    parameter of the region does not vary, or is no number; no value is between two
-    others; the design of the study counts only as a whole.
+    Comments stay. Raises ChoiceError in the following cases:
+
+    - the extension is empty
+    - a parameter of the region does not vary, or is not a number
+    - no value is between two values of a parameter
+    - the design of the study counts only as a whole
     """
     if not extension.between and not extension.replicates:
         raise ChoiceError(
-            "nothing is to be refined: choose a region, a point or more replicates",
+            "the refinement is empty; choose a region, a point or more replicates",
             study.name,
         )
     yaml = YAML()
@@ -99,17 +103,19 @@ def refined(study: Study, extension: Extension) -> str:
 def _more_replicates(study: Study, replicates: int) -> int:
     """Return the new number of replicates.
 
-    Raises ChoiceError if the spec has as many, or no number that can be changed.
+    Raises ChoiceError if the spec already has this number, or a number that cannot be
+    changed.
     """
     obstacle = ""
     if study.rule:
         under = study.rule.place[0]
-        obstacle = f'a rule says how many there are: change max under "{under}"'
+        obstacle = f'a rule decides the number; change max under "{under}"'
     elif study.replicates is None:
-        obstacle = "the spec lists its seeds: add some to them"
+        obstacle = "the spec lists seeds; add seeds to the list"
     elif replicates <= study.replicates:
         obstacle = (
-            f"it has {study.replicates:,} already, and {replicates:,} are not more"
+            f"the spec has {study.replicates:,}, and {replicates:,} is not a larger"
+            " number"
         )
     if obstacle:
         raise ChoiceError(f"replicates: {obstacle}", study.name)
@@ -125,12 +131,12 @@ class _Refined:
         rule = study.rule
         if study.strategy_section and (rule is None or rule.adds_points):
             section, _ = study.strategy_section
-            message = f'"{section.key.name}" in the spec chooses the points itself'
+            message = f'"{section.key.name}" in the spec chooses the points'
             raise ChoiceError(message, study.name)
         if not 2 <= extension.parts <= MOST_PARTS:
             raise ChoiceError(
                 f"parts: {extension.parts} is not allowed;"
-                f" each interval is divided into 2 to {MOST_PARTS}",
+                f" use 2 to {MOST_PARTS} parts per segment",
                 study.name,
             )
         self.design: Design = expand(study)
@@ -143,30 +149,28 @@ class _Refined:
         low, high = self.extension.between[name]
         if name not in columns:
             raise ChoiceError(
-                unknown("setting that varies", name, columns), self.study.name
+                unknown("varying parameter", name, columns), self.study.name
             )
         if self.setting(name).kind not in ("float", "int"):
-            raise ChoiceError(
-                f"{name}: its values have none between them", self.study.name
-            )
+            raise ChoiceError(f"{name}: only numbers can be refined", self.study.name)
         if not low <= high:
             raise ChoiceError(
-                f"{name}: from {low:g} to {high:g} is no region", self.study.name
+                f"{name}: {low:g} to {high:g} is not a region", self.study.name
             )
 
     def setting(self, name: str) -> Setting:
         return self.study.settings[name]
 
     def added(self) -> dict[str, Any]:
-        """Return the further design as a spec writes it.
+        """Return the further design in the form of a spec.
 
-        It is the first design of the spec whose axes have all parameters of the region,
-        with more points there.
+        The further design is the first design of the spec whose axes have all
+        parameters of the region, with more points in the region.
         """
         for axis in self.study.axes:
             if axis.blocks or axis.ablated:
                 raise ChoiceError(
-                    f'"{axis.name}" counts only whole: no point can be added to it',
+                    f'"{axis.name}" counts only as a whole; no point can be added',
                     self.study.name,
                 )
         document = parse_document(self.study.text, self.study.path)
@@ -181,15 +185,15 @@ class _Refined:
                     for axis in axes
                 }
         raise ChoiceError(
-            f"no design sweeps all of {', '.join(self.extension.between)}: one of them"
-            " is derived, or comes with a map",
+            f"no design sweeps all of {', '.join(self.extension.between)}, because a"
+            " parameter is derived or comes with a map",
             self.study.name,
         )
 
     def _name(self, axis: Axis, number: int) -> str:
         """Return the name of an axis in the design of this number.
 
-        An axis of several parameters has a name of its own in each design.
+        An axis of several parameters has a distinct name in each design.
         """
         if axis.name in axis.columns:
             return axis.name
@@ -199,13 +203,13 @@ class _Refined:
         return f"{axis.name}_{number}"
 
     def _axis(self, axis: Axis, written: Any) -> Any:
-        """Return an axis of the further design, as a spec writes it."""
+        """Return an axis of the further design in the form of a spec."""
         inside = self.extension.between.keys() & axis.columns.keys()
         drawn = axis.sampler not in (None, TABLE) and axis.name not in axis.columns
         if drawn and not inside:
             raise ChoiceError(
-                f'"{axis.name}" would draw other points in a further design: choose a'
-                " region of its settings too",
+                f'"{axis.name}" would draw new points in a further design; choose a'
+                " region of its parameters too",
                 self.study.name,
             )
         if not inside:
@@ -218,8 +222,8 @@ class _Refined:
         points = _text_of(written).get("points")
         if points is None:
             raise ChoiceError(
-                f'"{axis.name}" varies several settings together: add rows to it in'
-                " the spec",
+                f'"{axis.name}" varies several parameters together; add rows to the'
+                " axis in the spec",
                 self.study.name,
             )
         changed = {**written, "points": self._drawn_points(axis)}
@@ -235,8 +239,8 @@ class _Refined:
         form = _narrowed_form(written)
         if form is None:
             raise ChoiceError(
-                f"{name}: only {', '.join(NARROWED)} have a part that can be drawn"
-                " from alone",
+                f"{name}: cannot draw from a region of this distribution; allowed:"
+                f" {', '.join(NARROWED)}",
                 self.study.name,
             )
         first, last = written[form]
@@ -246,7 +250,7 @@ class _Refined:
             ends = [math.ceil(ends[0]), math.floor(ends[1])]
         if not ends[0] < ends[1]:
             raise ChoiceError(
-                f"{name}: nothing is drawn from {low:g} to {high:g};"
+                f"{name}: {low:g} to {high:g} is outside the distribution;"
                 f" the spec draws from {first:g} to {last:g}",
                 self.study.name,
             )
@@ -267,7 +271,7 @@ class _Refined:
         pairs = [pair for pair in pairwise(values) if _within(pair, low, high)]
         if not pairs:
             raise ChoiceError(
-                f"{name}: no interval lies between {low:g} and {high:g}; its values go"
+                f"{name}: no segment is between {low:g} and {high:g}; the values go"
                 f" from {values[0]:g} to {values[-1]:g}",
                 self.study.name,
             )
@@ -275,7 +279,7 @@ class _Refined:
         divided = {value for pair in pairs for value in self._between(name, *pair)}
         if not divided - ends:
             raise ChoiceError(
-                f"{name}: no whole number lies between its values there",
+                f"{name}: no integer is between the values in the region",
                 self.study.name,
             )
         return sorted(ends | divided)
@@ -283,7 +287,8 @@ class _Refined:
     def _values(self, name: str) -> list[float]:
         """Return the values of a parameter, ascending.
 
-        Only points within the region of all other parameters count, if there are any.
+        If there are points within the region of all further parameters, only these
+        points count.
         """
         columns = self.design.columns
         is_inside = np.ones(self.design.n_points, np.bool_)
@@ -294,7 +299,7 @@ class _Refined:
         return sorted(set(column.tolist()))
 
     def _between(self, name: str, low: float, high: float) -> list[float]:
-        """Return the values that divide a segment, without its ends."""
+        """Return the values that divide a segment, without the ends."""
         steps = np.arange(1, self.extension.parts) / self.extension.parts
         if name in self.extension.logarithmic and low > 0:
             values = low * (high / low) ** steps
@@ -317,7 +322,7 @@ def _inside(column: Values, low: float, high: float) -> NDArray[np.bool_]:
 def _within(pair: Range, low: float, high: float) -> bool:
     """Return whether a segment has a part in a region.
 
-    A region that is a single value contains the segments that have an end there.
+    A region of a single value contains the segments that end at the value.
     """
     start, end = pair
     near = EDGE * (end - start)
@@ -327,14 +332,14 @@ def _within(pair: Range, low: float, high: float) -> bool:
 
 
 def _at(content: Any, place: Place) -> Any:
-    """Return the content at a place of plain values."""
+    """Return the content at a path in plain values."""
     for part in place:
         content = content[part]
     return content
 
 
 def _in_a_line(value: Any) -> Any:
-    """Return a list or a mapping that YAML writes in one line."""
+    """Return a list or a mapping that YAML writes in a single line."""
     if isinstance(value, dict):
         node: Any = CommentedMap(
             (key, _in_a_line(content)) for key, content in value.items()
@@ -348,13 +353,13 @@ def _in_a_line(value: Any) -> Any:
 
 
 def _listed(written: Any) -> bool:
-    """Return whether an axis of one parameter is written as values."""
+    """Return whether an axis of a single parameter is written as values."""
     forms = ("values", "linspace", "logspace")
     return isinstance(written, list) or any(form in written for form in forms)
 
 
 def _narrowed_form(written: Any) -> str | None:
-    """Return the key of a distribution with two bounds; None if there is none."""
+    """Return the key of a distribution with two bounds; None without this key."""
     return next((form for form in NARROWED if form in written), None)
 
 
@@ -363,7 +368,7 @@ def _text_of(written: Any) -> dict[str, Any]:
 
 
 def _tidy(value: float) -> float:
-    """Return a number with as many digits as a grid of a spec has.
+    """Return a number with the digits of a grid of a spec.
 
     An integer stays an integer.
     """

@@ -1,6 +1,6 @@
 """The scorecard of a reproduction for the page.
 
-Each claim has its verdict, the figure that shows it, and the trials that test it.
+Each claim has a verdict, the figure that shows the claim, and the tested trials.
 """
 
 import base64
@@ -35,20 +35,21 @@ SHAPE = {"scale": str, "documents": [{"study": str, "title": str}], "rows": [ROW
 def scorecard(watched: Watched, question: AskScorecard) -> dict[str, Any]:
     """Return the scorecard that is stored below the results.
 
-    `revision` identifies the content of the file. If the page knows it already, the
-    answer has only this key. `rows` have:
+    `revision` identifies the content of the file. If the page already has this
+    revision, the answer has only this key. `rows` have:
 
-        id, says, where, status, reason, trials  as in scorecard.json
-        study      name of the publication
-        published  expected value, as text
-        ours       estimate with its confidence interval, as text
-        picture    whether there is a figure
-        behind     for each side the stored `study`, `metric`, `half` and `where` of its
-                   trials, in the words of a page
+    - ``id``, ``says``, ``where``, ``status``, ``reason``, ``trials``: as in
+      scorecard.json
+    - ``study``: name of the publication
+    - ``published``: expected value, as text
+    - ``ours``: estimate with the confidence interval, as text
+    - ``picture``: whether there is a figure
+    - ``behind``: for each side the stored `study`, `metric`, `half` and `where` of the
+      trials, in the words of a page
 
-    `documents` has the titles of publications by name, and `scales` all that have a
-    scorecard. `command` writes the scorecard. Raises StoreError if there is none, or if
-    it is damaged.
+    `documents` has the titles of publications by name, and `scales` all scales with a
+    scorecard. `command` writes the scorecard. Raises StoreError if the scorecard is
+    missing or damaged.
     """
     revision = _revision(watched, question.scale)
     if revision and revision == question.known_revision:
@@ -91,7 +92,7 @@ def picture(watched: Watched, question: AskPicture) -> dict[str, Any]:
     root = local_folder(watched.results, "the scorecard")
     file = (_file(watched, question.scale).parent / pictures[0]).resolve()
     if file.suffix != ".png" or not file.is_relative_to(root.resolve()):
-        raise StoreError(f"{pictures[0]} is no figure below {root}", question.study)
+        raise StoreError(f"{pictures[0]} is not a figure below {root}", question.study)
     try:
         content = read_whole(file, MOST_PICTURE)
     except (OSError, ValueError) as error:
@@ -107,7 +108,7 @@ def _file(watched: Watched, scale: str) -> Path:
 
 
 def _revision(watched: Watched, scale: str) -> str:
-    """Return a text that changes when a scorecard is written; "" without one."""
+    """Return a text that changes when a scorecard is written; "" for no scorecard."""
     try:
         status = _file(watched, scale).stat()
     except OSError:
@@ -120,9 +121,9 @@ def _read(watched: Watched, scale: str) -> dict[str, Any]:
     try:
         content: dict[str, Any] = read_json(path, MOST_BYTES, SHAPE)
     except FileNotFoundError:
-        raise StoreError(f"there is no {path}; sweep reproduce writes it") from None
+        raise StoreError(f"{path} does not exist; run sweep reproduce") from None
     except (OSError, ValueError) as error:
-        raise StoreError(f"{path}: {error}; remove it and reproduce again") from None
+        raise StoreError(f"{path}: {error}; remove the file, reproduce again") from None
     return content
 
 
@@ -152,7 +153,7 @@ def _side(side: dict[str, Any]) -> dict[str, str]:
 
 
 def _ours(row: dict[str, Any]) -> str:
-    """Return our estimate with its 95 % confidence interval, as on the scorecard."""
+    """Return our estimate with the 95 % confidence interval, as on the scorecard."""
     ours = row["ours"]
     interval = row.get("interval")
     if ours is None:

@@ -1,7 +1,7 @@
 """The report of a search for the page.
 
-It has the tables and sentences that `sweep search` prints, and the trials behind each
-row.
+The report has the tables and sentences that `sweep search` prints, and the trials
+behind each row.
 """
 
 from typing import Any
@@ -30,14 +30,14 @@ from sweep.spec import SPEC
 def search(watched: Watched, question: AskSearch) -> dict[str, Any]:
     """Return the report of a search.
 
-        searched  the extent of the search
-        notes     warnings to know before believing the report
-        best      the best parameters, as a spec has them
-        tables    tables with the ids of the points behind each row
-        said      sentences on references and on random search
-        command   the command that prints the report
+    - ``searched``: the extent of the search
+    - ``notes``: warnings to know before believing the report
+    - ``best``: the best parameters, in the form of a spec
+    - ``tables``: tables with the ids of the points behind each row
+    - ``said``: sentences on references and on random search
+    - ``command``: the command that prints the report
 
-    Raises ChoiceError for a study that is no search.
+    Raises ChoiceError for a study that is not a search.
     """
     study = watched.narrow(question.study)
     table = read_asked(study)
@@ -60,8 +60,8 @@ def search(watched: Watched, question: AskSearch) -> dict[str, Any]:
 def _table(table: ReportTable, behind: PointsBehind) -> dict[str, Any]:
     """Return a table with the points behind each row.
 
-    The points of a row are the held-out trials of its candidate and of its reference. A
-    candidate without held-out trials has its trials of the search instead.
+    The points of a row are the held-out trials of the candidate and of the reference. A
+    candidate without held-out trials has the trials of the search instead.
     """
     judged = behind.ids(SEARCH, HELD_OUT, table.candidates)
     searched = behind.ids(SEARCH, SEARCH, table.candidates)

@@ -1,7 +1,7 @@
-"""All that the server of the explorer offers.
+"""Everything that the server of the explorer offers.
 
-The server has the page, the answers to its questions, and the stored trials that the
-page plays.
+The server has the page, the answers to questions of the page, and the stored trials
+that the page plays.
 """
 
 from collections.abc import Callable
@@ -52,7 +52,7 @@ def explorer(
     trust: bool = False,
     launcher: Launcher | None = None,
 ) -> tuple["PageServer", str]:
-    """Return the server of the explorer, and the address of its first view.
+    """Return the server of the explorer, and the address of the first view.
 
     Parameters
     ----------
@@ -65,13 +65,13 @@ def explorer(
     trust : bool, default False
         Allow custom code of a study that somebody else ran.
     launcher : Launcher, optional
-        Launches the spec of the user from the page. Its study need not be stored yet.
+        Launches the spec of the user from the page. The study need not be stored yet.
 
     Raises
     ------
     StoreError
         If the study is not stored, or if `results` is an object store and `first` is
-        None: an object store has no list of studies.
+        None, because an object store has no list of studies.
     ChoiceError
         If the two sides cannot be compared.
     """
@@ -95,7 +95,7 @@ def explorer(
 
 
 def address(question: AskComparison) -> str:
-    """Return the part of an address that asks this, without default values."""
+    """Return the part of an address for a question, without default values."""
     choices = [
         (key, _spelled(value))
         for key, member in fields_by_key(type(question)).items()
@@ -111,7 +111,7 @@ def _spelled(value: object) -> str:
 
 
 def site_of(watched: Watched, launcher: Launcher | None = None) -> PageSite:
-    """Return all that a server offers of these studies."""
+    """Return everything that a server offers of stored studies."""
     answers = {name: partial(_answer, watched, name) for name in QUESTIONS}
     answers["refine"] = partial(_refined, watched, launcher)
     return PageSite(HOME, answers, partial(_replayed, watched), launcher)
@@ -133,5 +133,5 @@ def _replayed(watched: Watched, study: str, trial: str) -> RunShow:
 
 
 def _simulator() -> Show:
-    """Return the view of the simulator if its page names no trial."""
+    """Return the view of the simulator for a page that names no trial."""
     return Live(begin())

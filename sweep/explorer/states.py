@@ -1,4 +1,4 @@
-"""The progress of studies, their launches, and the failures of their trials."""
+"""The progress of studies, their launches, and the failures of trials."""
 
 from typing import Any
 
@@ -27,12 +27,12 @@ def studies(watched: Watched, _question: AskStudies) -> dict[str, Any]:
 def state(watched: Watched, question: AskState) -> dict[str, Any]:
     """Return the progress of a study.
 
-    `revision` identifies the stored trials. If the page knows it already, the answer
-    has only this key and `running`, the owners of a launch. `counts` are trials by
-    status. `rate` is in trials per second, and `left` in seconds. Both are None if
-    nothing runs, or if no trial was stored while somebody looked. `strip` has all
-    trials in the order of the plan, see `_strip`. `causes` are those of `sweep status
-    --json`.
+    `revision` identifies the stored trials. If the page already has this revision, the
+    answer has only this key and `running`, the owners of a launch. `counts` are trials
+    by status. `rate` is in trials per second, and `left` in seconds. The two values are
+    None if no launch runs, or if no trial was stored between questions of pages.
+    `strip` has all trials in the order of the plan, see `_strip`. `causes` equal the
+    causes of `sweep status --json`.
     """
     running = Lock(watched.place(question.study)).owners()
     revision = watched.revision(question.study)
@@ -83,9 +83,9 @@ def _about(study: StoredStudy) -> dict[str, str]:
 def _strip(study: StoredStudy) -> dict[str, Any]:
     """Return all trials of the plan as at most MOST_MARKS marks.
 
-    A mark represents `per` successive trials. It is a number from 0 to 2: done, not
+    A mark represents `per` successive trials. A mark is a number from 0 to 2: done, not
     done (a trial failed, diverged or ran out of time) or missing. `row` is the number
-    of marks per point. It is 0 if a mark may represent several points.
+    of marks per point, or 0 if a mark may represent several points.
     """
     ended = np.where(study.trials["status"] == "done", DONE, NOT_DONE)
     mark = np.full(study.plan.num_rows, MISSING)
@@ -113,7 +113,7 @@ def _stored(study: StoredStudy) -> NDArray[np.bool_]:
 
 
 def _together(block: NDArray[np.int64]) -> int:
-    """Return the mark of successive trials: a trial that is not done shows."""
+    """Return the mark of successive trials; a trial that is not done has priority."""
     if (block == NOT_DONE).any():
         return NOT_DONE
     return MISSING if (block == MISSING).any() else DONE

@@ -1,8 +1,8 @@
-"""A study as one page of HTML that opens from disk.
+"""A study as a page of HTML that opens from disk.
 
 The page has the figure of the study with confidence intervals. Behind every mark are
-stored trials that play. Each of them was run again, and is bitwise identical to what is
-stored. A page with another trial is not written.
+stored trials that can be played. Each trial was run again, and is bitwise identical to
+the stored trial. Otherwise the page is not written.
 """
 
 import base64
@@ -57,19 +57,28 @@ USUAL_FRAMES = 601
 MOST_POINTS = 400
 """Maximum number of marks that can be distinguished, and run again in minutes."""
 SHOWN_DIFFERENCES = 3
-OTHER_NOW = "is another file now, and this ran by that of then"
+OTHER_NOW = "has changed since the launch; this trial ran with the original file"
 
 
 class SupplementChoice(NamedTuple):
     """The content of a supplement.
 
-    metric  the metric of its figure; "" for the first that is recorded
-    half    mean over the second half of a trial instead of its last frame
-    where   conditions on points, as `study.where` takes them
-    x       the parameter along the axis; "" for the one with the most values
-    by      the parameter that is a colour; "" for one that suits
-    trials  the trials of a point that play, see `supplement_trials.ROLES`
-    frames  maximum number of frames of each, 2 at least
+    Attributes
+    ----------
+    metric : str, default ""
+        The metric of the figure; "" for the first recorded metric.
+    half : bool, default False
+        Use the mean over the second half of a trial instead of the last frame.
+    where : tuple of str
+        Conditions on points, in the form of `study.where`.
+    x : str, default ""
+        The parameter along the axis; "" for the parameter with the most values.
+    by : str, default ""
+        The parameter that is a colour; "" for a suitable parameter.
+    trials : tuple of str
+        The trials of a point that can be played, see `supplement_trials.ROLES`.
+    frames : int
+        Maximum number of frames of each trial, at least 2.
     """
 
     metric: str = ""
@@ -85,8 +94,8 @@ class SupplementChoice(NamedTuple):
 class Supplement:
     """A supplement whose trials have not run yet.
 
-    `data` is all that the page shows, except the records of its runs. `orders` has an
-    order per run. `origin` is the origin of the page, for its metadata.
+    `data` is the content of the page, except the records of runs. `orders` has an order
+    per run. `origin` is the origin of the page, for the metadata.
     """
 
     study: StoredStudy
@@ -95,7 +104,7 @@ class Supplement:
     origin: dict[str, str]
 
     def content(self, executor: ExecutorFactory, report: Report) -> bytes:
-        """Return the page, after all its trials were run again.
+        """Return the page, after all trials were run again.
 
         Parameters
         ----------
@@ -107,7 +116,7 @@ class Supplement:
         Raises
         ------
         StoreError
-            If a trial fails, or differs from what is stored.
+            If a trial fails, or differs from the stored results.
         """
         runs = _recorded(self.orders, executor, report)
         _check(self.study, runs)
@@ -123,7 +132,7 @@ def planned(
 ) -> Supplement:
     """Return the supplement of a study, before any trial runs.
 
-    All choices that cannot be met are errors here.
+    A choice that cannot be met is an error.
 
     Parameters
     ----------
@@ -136,8 +145,8 @@ def planned(
     Raises
     ------
     ChoiceError
-        If the study does not have what is chosen, or has no trial that can be shown. If
-        it has more than MOST_POINTS points, or more runs than the page has room for.
+        If the study lacks a chosen item, or has no trial that can be shown. Also if
+        there are more than MOST_POINTS points, or more runs than the page has room for.
     StoreError
         If other code computed the trials, or if they are damaged.
     CodeError
@@ -153,8 +162,8 @@ def planned(
     form = form_of(selection, choice.x, choice.by)
     if len(table.rows) > MOST_POINTS:
         raise ChoiceError(
-            f"has {len(table.rows):,} points; a page shows up to {MOST_POINTS}: choose"
-            f" some with --where, as --where '{chosen.chooser.example}'",
+            f"has {len(table.rows):,} points; a page shows up to {MOST_POINTS}; select"
+            f" points with --where, such as --where '{chosen.chooser.example}'",
             study.name,
         )
     check_code(study)
@@ -226,7 +235,7 @@ def _scenes(jobs: Mapping[str, Job]) -> tuple[list[Any], dict[str, int]]:
 def _run_begun(
     shown: ShownTrial, study: StoredStudy, metric: str, stored: StoredTrial, scene: int
 ) -> dict[str, Any]:
-    """Return the facts of a run that are known before it is recorded."""
+    """Return the facts of a run that are known before the recording."""
     other = study.other_now(stored)
     return {
         "trial": shown.trial_id,
@@ -249,8 +258,8 @@ def _points(
 ) -> list[dict[str, Any]]:
     """Return the marks of the figure, one per row of the table.
 
-    A mark has its words, the place of its colour, and the places of its runs. A mark
-    without runs has the reason.
+    A mark has words, the index of a colour, and the indices of runs. A mark without
+    runs has the reason.
     """
     points = []
     first = 0
@@ -275,7 +284,7 @@ def _recorded(
     once = list({order.job.trial_id: order for order in orders}.values())
     records: dict[str, RecordedRun] = {}
     report(0, len(once))
-    # Compile here once. Otherwise each worker would compile the same.
+    # Compile here once. Otherwise each worker would compile the same code.
     warm(once[0].job)
     for runs in drive(
         once, record, executor=executor, costs=_seconds, failed=not_recorded
@@ -290,12 +299,13 @@ def _seconds(orders: Sequence[RunOrder]) -> np.ndarray[Any, np.dtype[np.float64]
 
 
 def _check(study: StoredStudy, runs: Mapping[str, RecordedRun]) -> None:
-    """Raise StoreError for runs that fail here, or differ from what is stored."""
+    """Raise StoreError for runs that fail here, or differ from the stored results."""
     for run in runs.values():
         if run.error:
             why = run.error.strip().splitlines()[-1]
             raise StoreError(
-                f"trial {run.trial_id} cannot be shown, as it fails: {why}", study.name
+                f"trial {run.trial_id} cannot be shown, because the trial fails: {why}",
+                study.name,
             )
     differing = [run for run in runs.values() if run.differences]
     if not differing:
@@ -303,9 +313,9 @@ def _check(study: StoredStudy, runs: Mapping[str, RecordedRun]) -> None:
     shown = "; ".join(run.differences[0] for run in differing[:SHOWN_DIFFERENCES])
     more = "; ..." if len(differing) > SHOWN_DIFFERENCES else ""
     raise StoreError(
-        f"{len(differing)} of {so_many(len(runs), 'trial')}, run again, are not what is"
-        f" stored, so no page is written: {shown}{more}. Launch the study on this"
-        " machine, or write the page where it was launched",
+        f"{len(differing)} of {so_many(len(runs), 'trial')}, run again, differ from the"
+        f" stored results, so no page is written: {shown}{more}. Launch the study on"
+        " this machine, or write the page on the machine of the launch",
         study.name,
     )
 

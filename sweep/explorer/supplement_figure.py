@@ -28,13 +28,15 @@ Form = Literal["lines", "points", "cells", "rows"]
 
 @dataclass(frozen=True)
 class FigureForm:
-    """The form of a figure, and the parameters of its axes and colours, "" for none.
+    """The form of a figure, and the parameters of axes and colours.
 
-    lines   the metric against `x`, a curve per value of `by`
-    points  the same without lines: points that agree in `x` and `by` differ in
-            other parameters
-    cells   the metric as a colour over `x` and `y`
-    rows    the metric along x, and one row per point
+    An empty string means no parameter. The forms are:
+
+    - ``lines``: the metric against `x`, a curve per value of `by`
+    - ``points``: like ``lines``, without the lines: points that agree in `x` and `by`
+      differ in further parameters
+    - ``cells``: the metric as a colour over `x` and `y`
+    - ``rows``: the metric along x, and a row per point
     """
 
     form: Form
@@ -51,10 +53,10 @@ def form_of(selection: Selection, x: str, by: str) -> FigureForm:
     selection : Selection
         The points of the figure.
     x : str
-        The parameter that the user wants along the axis; "" for the one with the most
-        values.
+        The parameter that the user wants along the axis; "" for the parameter with the
+        most values.
     by : str
-        The parameter that the user wants as colour; "" for one that suits.
+        The parameter that the user wants as colour; "" for a suitable parameter.
 
     Raises
     ------
@@ -64,7 +66,8 @@ def form_of(selection: Selection, x: str, by: str) -> FigureForm:
     """
     if x and not has_scale(selection.points[selection.setting(x)]):
         raise ChoiceError(
-            f"x {x}, which is not a finite number; choose another", selection.study.name
+            f"x {x} has values that are not finite numbers; choose another parameter",
+            selection.study.name,
         )
     names = [str(name) for name in selection.points]
     numbers = [name for name in names if has_scale(selection.points[name])]
@@ -87,9 +90,9 @@ def form_of(selection: Selection, x: str, by: str) -> FigureForm:
 def _of_several(
     selection: Selection, across: str, differing: Sequence[str], *, chosen: bool
 ) -> FigureForm:
-    """Return the form where points with one value of `across` differ.
+    """Return the form where points with an equal value of `across` differ.
 
-    `differing` are the parameters in which they do. `chosen` states that the user wants
+    `differing` are the parameters that differ. `chosen` states that the user wants
     `across` on the axis.
     """
     first = differing[0]
@@ -105,7 +108,7 @@ def _of_several(
 def figure_data(
     selection: Selection, form: FigureForm, table: PointMeans, column: Column
 ) -> dict[str, Any]:
-    """Return the figure without its marks, ready for JSON.
+    """Return the figure without the marks, ready for JSON.
 
     Parameters
     ----------
@@ -120,11 +123,11 @@ def figure_data(
     study = selection.study
     name = str(column)
     counts = table.rows[f"{name}_n"]
-    each = {"cells": "a cell", "rows": "a row"}.get(form.form, "a mark")
+    each = {"cells": "one cell", "rows": "one row"}.get(form.form, "one mark")
     note = selection.note(
-        f"{each} a point, {{n}} trials a point",
+        f"{each} per point, {{n}} trials per point",
         counts,
-        "mean with 95 % interval",
+        "mean with 95 % confidence interval",
         [name],
     )
     return {
@@ -136,7 +139,7 @@ def figure_data(
             "unit": study.units.get(column.metric, ""),
         },
         "label": quantity(study, name),
-        "says": "mean over the last half" if column.half else "at the last frame",
+        "says": "mean over the second half" if column.half else "at the last frame",
         "note": note,
         "x": _axis(selection, form.x),
         "y": _axis(selection, form.y),
@@ -145,13 +148,13 @@ def figure_data(
 
 
 def _text(study: Results, metric: str) -> str:
-    """Return the description of a metric; of a derived one its name."""
+    """Return the description of a metric; for a derived metric, the name."""
     known = study.known_metrics.get(metric)
     return known.text if known else metric.replace("_", " ")
 
 
 def _axis(selection: Selection, name: str) -> dict[str, Any] | None:
-    """Return an axis of numbers: its values, and the edges of cells around them."""
+    """Return an axis of numbers: the values, and the edges of the cells."""
     if not name:
         return None
     values = np.array(selection.values(name), np.float64)
@@ -176,11 +179,11 @@ def _colours(selection: Selection, name: str) -> dict[str, Any] | None:
 
 
 def shown(value: object) -> str:
-    """Return the value of a parameter as the page writes it."""
+    """Return the value of a parameter as text of the page."""
     return spelled(value).replace("_", " ") or "unchanged"
 
 
 def named_row(row: "pd.Series[Any]", headings: Sequence[str]) -> str:
-    """Return the words that distinguish a row from others."""
+    """Return the words that distinguish a row from all further rows."""
     parts = [f"{name.replace('_', ' ')} {shown(row[name])}" for name in headings]
     return ", ".join(parts) or "the only point"

@@ -1,7 +1,7 @@
 """The texts around the figure of a supplement.
 
-They are for a reader who has only this page: title, how to cite it, how to run the
-study again, and the origin of the numbers.
+The texts are for a reader who has only this page: title, citation, commands that run
+the study again, and the origin of the numbers.
 """
 
 from datetime import UTC, datetime
@@ -14,7 +14,7 @@ from sweep.tables import StoredStudy, command_of
 from sweep.text import installing, so_many
 
 NEEDS_CODE = (
-    "The spec names files of code, which `sweep pack` writes into one file with it."
+    "The spec names files of code. `sweep pack` writes spec and code into one file."
 )
 
 
@@ -41,7 +41,7 @@ def front_of(study: StoredStudy, texts: PaperTexts) -> dict[str, Any]:
 
 
 def _origin(study: StoredStudy) -> list[tuple[str, str]]:
-    """Return the origin of the numbers, and of their second run."""
+    """Return the origin of the numbers, and of the second run."""
     then = study.provenance
     now = machine()
     counts = study.statuses()
@@ -56,7 +56,7 @@ def _origin(study: StoredStudy) -> list[tuple[str, str]]:
 
 
 def about_page(study: StoredStudy) -> dict[str, str]:
-    """Return the origin of the page, for its metadata."""
+    """Return the origin of the page, for the metadata."""
     return {
         "Study": study.name,
         "Model": f"{study.provenance['model']} {study.provenance['preset']}",

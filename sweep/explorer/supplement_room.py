@@ -9,11 +9,9 @@ from sweep.errors import ChoiceError
 from sweep.text import so_many
 
 MOST_BYTES = 16 * 2**20
-"""Maximum size of a supplement in bytes: such a page can be mailed and opens at once.
-"""
+"""Maximum size of a supplement in bytes, so that the page can be mailed."""
 FEWEST_FRAMES = 100
-"""Minimum number of frames of a longer run: a page without room for them is an error.
-"""
+"""Minimum number of frames of a longer run; too little room is an error."""
 HEAD_BYTES = 35
 BOID_BYTES = 5
 NUMBERS_BYTES = 32
@@ -23,7 +21,7 @@ WORDS_BYTES = 600
 
 
 class RunLength(NamedTuple):
-    """The length of a run, as far as its size in a page depends on it."""
+    """The length of a run, which decides the size of the run in a page."""
 
     boids: int
     steps: int
@@ -35,7 +33,7 @@ class RunLength(NamedTuple):
 
     @property
     def frame_bytes(self) -> int:
-        """Size of one frame in the page, where 4 bytes represent 3."""
+        """Size of a frame in the page, where 4 bytes represent 3."""
         frame = HEAD_BYTES + BOID_BYTES * self.boids
         return math.ceil(frame * 4 / 3) + NUMBERS_BYTES
 
@@ -46,13 +44,13 @@ class RunLength(NamedTuple):
     def every(self, most: int) -> int:
         """Return the number of steps between two frames, if at most `most` are allowed.
 
-        The first and the last frame are among them.
+        The first and the last frame are included.
         """
         return max(1, math.ceil(self.steps / (most - 1)))
 
 
 def most_frames(runs: Sequence[RunLength], limit: int, room: int) -> int:
-    """Return the most frames that each run of a page may have.
+    """Return the largest number of frames that each run of a page may have.
 
     Parameters
     ----------
@@ -65,7 +63,8 @@ def most_frames(runs: Sequence[RunLength], limit: int, room: int) -> int:
     Raises
     ------
     ChoiceError
-        If fewer than FEWEST_FRAMES, or than `limit`, have room.
+        If the room is too small for FEWEST_FRAMES frames per run, or for `limit` frames
+        if `limit` is smaller.
     """
     low = 1
     high = limit
@@ -77,8 +76,8 @@ def most_frames(runs: Sequence[RunLength], limit: int, room: int) -> int:
         least = _size(runs, fewest)
         raise ChoiceError(
             f"{so_many(len(runs), 'run')} with {fewest} frames each take"
-            f" {least / 2**20:.1f} MiB, and the page has room for {room / 2**20:.1f};"
-            " choose fewer points with --where, or one of their trials with --trials"
+            f" {least / 2**20:.1f} MiB; the page has room for {room / 2**20:.1f} MiB;"
+            " select fewer points with --where, or fewer trials with --trials"
         )
     return low
 

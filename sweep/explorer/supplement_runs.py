@@ -1,7 +1,7 @@
 """The second run of a stored trial.
 
-A worker runs the trial, and compares the results bit by bit with the stored ones. Then
-it runs the trial once more to record its frames.
+A worker runs the trial, and compares the results bit by bit with the stored results.
+Then the worker runs the trial once more to record the frames.
 """
 
 from typing import NamedTuple
@@ -19,8 +19,8 @@ from sweep.web import Reply, faced, fly, frame, senses_of
 class RunOrder(NamedTuple):
     """A trial that is to be recorded.
 
-    `stored` has its stored results. `metric` is the metric whose values are recorded,
-    and `every` the number of steps between two frames.
+    `stored` has the stored results. `metric` is the metric whose values are recorded,
+    and `every` is the number of steps between two frames.
     """
 
     study: str
@@ -34,9 +34,9 @@ class RecordedRun(NamedTuple):
     """A trial that was run again.
 
     `differences` are the differences from the stored results, and `error` is the reason
-    of a failure, or "". `steps` (F,) are those of the frames, and `values` (F,) those
-    of the metric. `frames` has the bytes of all frames, one after the other. `senses`
-    is what a page needs to show which boids a boid perceives.
+    for a failure, or "". `steps` (F,) are the steps of the frames, and `values` (F,)
+    the values of the metric. `frames` has the bytes of all frames in sequence. `senses`
+    has the facts from which a page computes perceived neighbours.
     """
 
     trial_id: str
@@ -49,7 +49,7 @@ class RecordedRun(NamedTuple):
 
 
 def record(order: RunOrder) -> RecordedRun:
-    """Run a trial again, compare it and record it.
+    """Run a trial again, compare the results and record the frames.
 
     An exception of the trial is raised.
     """
@@ -74,7 +74,7 @@ def record(order: RunOrder) -> RecordedRun:
 
 
 def not_recorded(order: RunOrder, error: str) -> RecordedRun:
-    """Return the record of a trial that failed in its second run."""
+    """Return the record of a trial that failed in the second run."""
     return RecordedRun(
         trial_id=order.job.trial_id,
         differences=(),

@@ -1,7 +1,7 @@
 """The choice of the stored trials behind a mark of a supplement.
 
-These are the middle, the ends, the worst or the best of the done trials, by the metric
-of the figure.
+The choices are the median, the lowest, the highest, the worst and the best of the done
+trials, by the metric of the figure.
 """
 
 from collections.abc import Iterable, Sequence
@@ -15,8 +15,9 @@ from sweep.tables import StoredStudy
 from sweep.text import unknown
 
 PLACES = {"lowest": 0.0, "median": 0.5, "highest": 1.0}
-"""Relative rank of a trial among those of its point, from the least value to the
-largest.
+"""Relative rank of a trial among the trials of a point.
+
+The rank is 0 for the least value and 1 for the largest value.
 """
 JUDGED = ("worst", "best")
 ROLES = (*PLACES, *JUDGED)
@@ -25,7 +26,7 @@ ROLES = (*PLACES, *JUDGED)
 class ShownTrial(NamedTuple):
     """A trial behind a mark.
 
-    `roles` are its roles among the trials of its point, and `value` is its metric.
+    `roles` are the roles among the trials of the point, and `value` is the metric.
     """
 
     roles: tuple[str, ...]
@@ -36,7 +37,7 @@ class ShownTrial(NamedTuple):
 def places(
     study: StoredStudy, column: Column, roles: Iterable[str]
 ) -> dict[str, float]:
-    """Return the relative rank of the trial of each role among those of its point.
+    """Return the relative rank of the trial of each role among the trials of a point.
 
     Parameters
     ----------
@@ -54,8 +55,8 @@ def places(
     Raises
     ------
     ChoiceError
-        If a role is unknown. If the role is worst or best, and the metric does not say
-        which values are better, such as a derived one.
+        If a role is unknown. Also if the role is worst or best, and the metric does not
+        declare which values are better, such as a derived metric.
     """
     ranks = {}
     for role in dict.fromkeys(roles):
@@ -68,10 +69,10 @@ def places(
 def _judged(study: StoredStudy, column: Column, role: str) -> float:
     metric = study.known.metrics.get(column.metric)
     if metric is None or metric.better == "neither":
-        derived = "is derived, and nothing says" if metric is None else "does not say"
+        derived = "is derived and so has no" if metric is None else "declares no"
         raise ChoiceError(
-            f"trials {role}: {column.metric} {derived} which of its values are better;"
-            f" choose of {', '.join(PLACES)}",
+            f"trials {role}: {column.metric} {derived} direction of better values;"
+            f" allowed: {', '.join(PLACES)}",
             study.name,
         )
     return float((metric.better == "high") == (role == "best"))
@@ -82,9 +83,10 @@ def behind(
 ) -> list[ShownTrial]:
     """Return the trials behind a mark, by ascending value.
 
-    Trials that are not done, or have no value, are never chosen. Between two in the
-    middle the median is the lower one, so that it is a trial. Among equal values the
-    order of the ids decides. A trial with several roles appears once.
+    Trials that are not done, or have no value, are never chosen. For an even number of
+    trials the median is the lower of the two middle trials, so that the median is a
+    trial. Among equal values the order of the ids decides. A trial with several roles
+    appears once.
 
     Parameters
     ----------
@@ -119,8 +121,8 @@ def why_none(trials: pd.DataFrame, column: Column) -> str:
     counts = trials["status"].value_counts()
     not_done = [f"{count:,} {name}" for name, count in counts.items() if name != "done"]
     if not counts.get("done", 0):
-        return f"No trial of this point is done ({', '.join(not_done)}): none is shown."
-    return f"No done trial of this point has a value of {column.metric}: none is shown."
+        return f"No trial of this point is done ({', '.join(not_done)})."
+    return f"No done trial of this point has a value of {column.metric}."
 
 
 def points_of(study: StoredStudy, shown: Sequence[str]) -> list[pd.DataFrame]:

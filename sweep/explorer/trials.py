@@ -1,8 +1,8 @@
-"""The trials of some points, the notable ones first.
+"""The trials of some points, the notable trials first.
 
 Trials that are not done come first. Then come the worst, the median and the best by a
-metric, and then all others by that metric. For a metric without better values the
-notable trials are the lowest, the median and the highest.
+metric, and then all further trials by that metric. For a metric without better values
+the notable trials are the lowest, the median and the highest.
 """
 
 from typing import Any
@@ -34,8 +34,8 @@ NOTABLE = {
 def trials(watched: Watched, question: AskTrials) -> dict[str, Any]:
     """Return a page of the trials of some points.
 
-    `rows` have `trial_id`, `point`, `replicate` and `status`, the `error` in one line,
-    and the `value` of the metric. `part` of a row is a name of NOTABLE or "", and
+    `rows` have `trial_id`, `point`, `replicate` and `status`, the `error` in a single
+    line, and the `value` of the metric. `part` of a row is a name of NOTABLE or "", and
     `replay` is the command. `settings` has the parameters of each point of the page.
 
     Raises ChoiceError for an unknown point or metric.
@@ -71,10 +71,10 @@ def trials(watched: Watched, question: AskTrials) -> dict[str, Any]:
 
 
 def spec(watched: Watched, question: AskSpec) -> dict[str, Any]:
-    """Return the YAML that launches a stored trial, with its point and replicate.
+    """Return the YAML that launches a stored trial, with point and replicate.
 
-    The page of the simulator opens this YAML. Raises as StoredStudy.trial and
-    StoredStudy.job.
+    The page of the simulator opens this YAML. The exceptions of StoredStudy.trial and
+    StoredStudy.job are raised.
     """
     study = StoredStudy(question.study, watched.results, trust=watched.trust)
     state = from_job(study.job(study.trial(question.trial)))
@@ -86,9 +86,10 @@ def spec(watched: Watched, question: AskSpec) -> dict[str, Any]:
 
 
 def looked_at(trials: pd.DataFrame, column: str, better: str) -> pd.DataFrame:
-    """Return trials, the notable ones first, with their `part`.
+    """Return trials, the notable trials first, with a column `part`.
 
-    The median is the trial in the middle: of an even number the lower one of two.
+    The median is the trial in the middle; for an even number, the lower of the two
+    middle trials.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
-"""Stored studies as they are now.
+"""Stored studies in their present state.
 
-Each study is read once, and again after something of it was stored.
+Each study is read once, and again after new trials were stored.
 """
 
 import hashlib
@@ -16,7 +16,7 @@ from sweep.store import Location, StudyPlace, place_of
 from sweep.tables import StoredStudy, keep_apart
 
 MOST_KEPT = 4
-"""Number of studies in memory: the most recently used ones."""
+"""Number of studies in memory: the most recently used studies."""
 LOOKED_BACK = 60.0
 """Time in seconds over which a rate is measured."""
 
@@ -24,7 +24,7 @@ LOOKED_BACK = 60.0
 class Revised(NamedTuple):
     """A study at a revision.
 
-    `narrow` has the studies with some metrics only, by the names of those metrics.
+    `narrow` has the studies with some metrics only, by the names of the metrics.
     """
 
     revision: str
@@ -45,7 +45,7 @@ class Watched:
     def narrow(self, name: str, metrics: Sequence[str] = ()) -> StoredStudy:
         """Return a study with the columns that points need, and some metrics.
 
-        The phases of a search are separate. Raises as StoredStudy.
+        The phases of a search are separate. The exceptions of StoredStudy are raised.
 
         Parameters
         ----------
@@ -57,7 +57,7 @@ class Watched:
         return self.at(name, metrics)[1]
 
     def at(self, name: str, metrics: Sequence[str] = ()) -> tuple[str, StoredStudy]:
-        """Return the revision of a study, and the study as `narrow` does.
+        """Return the revision of a study, and the result of `narrow`.
 
         Parameters
         ----------
@@ -82,14 +82,15 @@ class Watched:
     def counted(self, name: str) -> tuple[str, StoredStudy]:
         """Return the revision of a study, and the study without metrics.
 
-        Its trials have their ids, points and statuses. Raises as StoredStudy.
+        The trials have ids, points and statuses. The exceptions of StoredStudy are
+        raised.
         """
         return self._narrow(name, lambda _: ())
 
     def whole(self, name: str) -> StoredStudy:
-        """Return a study with all stored columns of its trials.
+        """Return a study with all stored columns of trials.
 
-        The phases of a search are separate. Raises as StoredStudy.
+        The phases of a search are separate. The exceptions of StoredStudy are raised.
         """
         revised = self._study(name)
         with self._lock:
@@ -108,7 +109,7 @@ class Watched:
             return known
 
     def place(self, name: str) -> StudyPlace:
-        """Return the place of a study.
+        """Return the location of a study.
 
         Raises ChoiceError if the name is not a valid name of a study.
         """
@@ -141,9 +142,9 @@ class Watched:
         return (stored - before) / (now - then) if stored > before else None
 
     def revision(self, name: str) -> str:
-        """Return a text that changes whenever something of the study is stored.
+        """Return a text that changes whenever new trials of the study are stored.
 
-        The text depends only on names, times and sizes of files, not on their content.
+        The text depends only on names, times and sizes of files, not on the content.
         """
         place = self.place(name)
         parts = [part.name for part in place.parts()]
@@ -152,7 +153,7 @@ class Watched:
 
 
 def _written(file: Location) -> str:
-    """Return the size and time of a file; "" if there is none."""
+    """Return the size and time of a file; "" for a missing file."""
     try:
         status = file.stat()
     except FileNotFoundError:

@@ -1,18 +1,18 @@
-"""The explorer in a notebook: its page in a frame.
+"""The explorer in a notebook: the page in a frame.
 
 Questions and played trials go through the comm of the kernel of the notebook. The
-widget needs no server and no port, so it works wherever the kernel runs.
+widget needs no server and no port, so the widget works wherever the kernel runs.
 
-The page sends these messages, each with an `id`, and receives heard: id at once:
+The page sends these messages, each with an `id`, and receives `heard id` at once:
 
-    ask question query   query is a list of names with their values; the reply is
-                         answer: id answer, or refusal: id why
-    open line            asks for a run to play; the page chooses the name of the line
-    say line text        a message of the page of that run, see sweep.web.protocol
-    close line           the page of the run is gone
+- `ask question query`: query is a list of names with values; the reply is
+  `answer id answer`, or `refusal id why`
+- `open line`: asks for a run to play; the page chooses the name of the line
+- `say line text`: a message of the page of the run, see sweep.web.protocol
+- `close line`: the page of the run is gone
 
-The page receives for a run told line message, frame line with its bytes, and in the end
-over line why.
+For a run the page receives `told line message`, `frame line` with bytes, and in the end
+`over line why`.
 """
 
 import asyncio
@@ -50,7 +50,7 @@ except ModuleNotFoundError as error:
 MOST_LINES = 64
 """Maximum number of open runs on the pages of a widget."""
 CLOSED = {REFUSED: "The kernel has no run for this page."}
-ELSEWHERE = "This run went on in another place."
+ELSEWHERE = "This run continues in another view."
 log = logging.getLogger("sweep")
 
 
@@ -73,7 +73,7 @@ class Explored(AnyWidget):
         self.on_msg(lambda _widget, content, _buffers: self._hear(content))
 
     def close(self) -> None:
-        """Remove the widget from the screen, and end its thread."""
+        """Remove the widget from the screen, and end the thread."""
         if self._desk:
             self._desk.stop()
         super().close()
@@ -81,7 +81,7 @@ class Explored(AnyWidget):
     def _hear(self, message: object) -> None:
         """Pass on a message of a page.
 
-        A message without an id is from no page of the explorer.
+        A message without an id does not come from a page of the explorer.
         """
         if not isinstance(message, dict) or not isinstance(message.get("id"), str):
             return
@@ -106,7 +106,7 @@ class Explored(AnyWidget):
         return data | {"image/png": base64.b64encode(picture).decode()}, metadata
 
     def _picture(self) -> bytes:
-        """Return the first figure of the page as PNG; empty if none suits."""
+        """Return the first figure of the page as PNG; empty if no figure suits."""
         assert self.study
         study = self.watched.counted(self.study)[1]
         file = io.BytesIO()
@@ -121,7 +121,7 @@ class Explored(AnyWidget):
 
 
 class _KernelLine:
-    """A line to one page of a run, see `sweep.web.outbox.Line`."""
+    """A line to a page of a run, see `sweep.web.outbox.Line`."""
 
     def __init__(self, name: str, send: Callable[..., None]) -> None:
         self.name = name
@@ -142,7 +142,7 @@ class _KernelLine:
 
 
 class _Desk(Thread):
-    """A thread that answers the pages of a widget, and plays trials to them."""
+    """A thread that answers the pages of a widget, and plays trials to the pages."""
 
     def __init__(self, site: PageSite, send: Callable[..., None]) -> None:
         super().__init__(name="boidsweep explorer", daemon=True)
@@ -154,7 +154,7 @@ class _Desk(Thread):
         self.lines: dict[str, _KernelLine] = {}
 
     def put(self, message: dict[str, Any] | None) -> None:
-        """Add a message of a page, which has an id; None is the last one."""
+        """Add a message of a page, with an id; None is the last message."""
         self.loop.call_soon_threadsafe(self.messages.put_nowait, message)
 
     def stop(self) -> None:
@@ -178,7 +178,7 @@ class _Desk(Thread):
             task.cancel()
 
     def _work(self, message: dict[str, Any]) -> Coroutine[Any, Any, None] | None:
-        """Return the work that a message asks for, if that takes long."""
+        """Return the work for a message, if the work takes long."""
         match message:
             case {
                 "type": "ask",
@@ -197,7 +197,7 @@ class _Desk(Thread):
             case {"type": "close", "line": str(name)}:
                 self._tell_line(name, None)
             case _:
-                self._refuse(message["id"], "this is no message of the page")
+                self._refuse(message["id"], "the message is not valid")
         return None
 
     def _tell_line(self, name: str, text: str | None) -> None:
@@ -211,7 +211,7 @@ class _Desk(Thread):
         answer = self.site.questions.get(name)
         try:
             if answer is None:
-                raise ChoiceError("a notebook has no answer to this question", name)
+                raise ChoiceError("the question is unknown in a notebook", name)
             reply = await asyncio.to_thread(answer, pairs)
             self.send({"type": "answer", "id": message_id, "answer": reply})
         except UserError as error:
@@ -239,7 +239,7 @@ def _is_query(query: object) -> bool:
 
 
 def _no_simulator() -> Show:
-    raise SpecError("a notebook plays stored trials here; sweep.view has the simulator")
+    raise SpecError("this page plays only stored trials; sweep.view has the simulator")
 
 
 def explored(results: Location, study: str | None, *, trust: bool) -> Explored:
@@ -258,7 +258,7 @@ def explored(results: Location, study: str | None, *, trust: bool) -> Explored:
     ------
     StoreError
         If the study is not stored, or if `results` is an object store and `study` is
-        None: an object store has no list of studies.
+        None, because an object store has no list of studies.
     """
     watched = Watched(results, trust=trust)
     if study is None:
@@ -271,13 +271,13 @@ def explored(results: Location, study: str | None, *, trust: bool) -> Explored:
 def explored_study(study: StoredStudy) -> Explored:
     """Return the widget of a loaded study.
 
-    Raises ChoiceError if the study has only a selection of its trials: the page selects
-    by itself.
+    Raises ChoiceError if the study has only a selection of trials, because the page
+    selects trials.
     """
     if study.restricted:
         raise ChoiceError(
-            "the explorer shows the whole study; write what you want to see into its"
-            " field where",
+            "the explorer shows only whole studies; write conditions into the field"
+            " where of the explorer",
             study.name,
         )
     return explored(study.store.results, study.name, trust=study.trust)

@@ -1,23 +1,27 @@
-"""Figures from tables, in one style.
+"""Figures from tables, in a common style.
 
-The command line, notebooks and published studies draw them.
+The command line, notebooks and published studies use this package.
 
-    kinds               which figures suit a study
+    kinds               kinds of figures, and kinds that suit a study
     own_kinds           kinds in custom files
-    asked               studies and kinds by their names
+    asked               studies and kinds by name
+
     planning            the parts of a kind of figure
     selection           the trials that a figure shows
     style               colours and style sheet of all figures
     drawing             maps, flocks, confidence intervals
+
     marks               figures as plain data
     scales              axes of parameters
     directions          the better values of a metric
-    saving              files with the study in their metadata
+    saving              files with the study in the metadata
+
     curves              metrics against time
     heatmap             a metric over two parameters
     scatter             a metric against each parameter
+
     parallel            all parameters of the best points
-    pareto              two metrics, and their front
+    pareto              two metrics, and the Pareto front
     coverage            visits of each pixel of the map
     trajectories        paths of boids
 """
@@ -65,11 +69,11 @@ __all__ = [
     "scatter_figure",
     "trajectories_figure",
     "words",
-]  # for users; the stub has also what other packages take
+]  # for users; the stub also lists names for other packages
 
 
 def __getattr__(name: str) -> Any:
-    """Return a name of this package, or one that a method exports to notebooks."""
+    """Return a name of this package, or a name that a method exports to notebooks."""
     for package, method in own_methods().items():
         if name in method.in_figures:
             return getattr(import_module(f"sweep.methods.{package}"), name)

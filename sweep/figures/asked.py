@@ -1,4 +1,4 @@
-"""Arguments of `sweep plot`: studies and kinds of figures, by their names."""
+"""Arguments of `sweep plot`: studies and kinds of figures, by name."""
 
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
@@ -13,7 +13,7 @@ from sweep.text import similar, unknown
 
 
 class PlotArguments(NamedTuple):
-    """One study, or several joined, and the names of kinds and of files with kinds."""
+    """One study or several joined studies, and names of kinds and files with kinds."""
 
     study: Results
     kinds: list[str]
@@ -27,8 +27,9 @@ def plot_arguments(
     Parameters
     ----------
     names : sequence of str
-        Names of studies, of kinds and of files with kinds; the first is a study. The
-        name of a kind means the kind; with a slash at its end it means a study.
+        Names of studies, of kinds and of files with kinds; the first name is a study.
+        The name of a kind means the kind; with a slash at the end the name means a
+        study.
     results : Location
         Folder of stored studies.
     where : iterable of str

@@ -1,4 +1,4 @@
-"""Visits of boids: the mean of each pixel of the map, one panel per point."""
+"""Visits of boids: the mean of each pixel of the map, with a panel per point."""
 
 from functools import partial
 from typing import NamedTuple
@@ -32,7 +32,7 @@ DARKEST = 0.99
 
 
 class CoverageLayout(NamedTuple):
-    """The contents of a figure of visits: one panel per point."""
+    """The contents of a figure of visits: a panel per point."""
 
     selection: Selection
     facets: list[Facet]
@@ -41,8 +41,8 @@ class CoverageLayout(NamedTuple):
 class Visits(NamedTuple):
     """The mean visits of the pixels of a point, and the ids of its done trials.
 
-    `mean` (rows, columns) is NaN where every trial has an obstacle; it has no pixel
-    if no trial is done. `same_obstacles` is true if all trials have the same obstacles.
+    `mean` (rows, columns) is NaN where every trial has an obstacle, and has no pixels
+    if no trial is done. `same_obstacles` is true if all trials have equal obstacles.
     """
 
     mean: Floats
@@ -53,11 +53,11 @@ class Visits(NamedTuple):
 def coverage_figure(
     study: StoredStudy,
 ) -> Figure:
-    """Draw the mean visits of each pixel, one panel per point.
+    """Draw the mean visits of each pixel, with a panel per point.
 
-    All panels have a common colour scale. Titles give the coverage and its coefficient
+    All panels have a common colour scale. Titles show the coverage and the coefficient
     of variation (CV), if recorded. Obstacles are outlined if all trials of a point have
-    the same ones. A panel without done trials states that.
+    equal obstacles. A panel without done trials shows a note.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def coverage_figure(
 def coverage_layout(
     study: StoredStudy,
 ) -> CoverageLayout:
-    """Return the layout of `coverage_figure`, or raise its ChoiceError."""
+    """Return the layout of `coverage_figure`, or raise ChoiceError."""
     selection = select(study)
     if (
         "visits"
@@ -87,7 +87,7 @@ def coverage_layout(
         ).column_names
     ):
         raise ChoiceError(
-            "has no heatmaps; record: {heatmaps: true} keeps them", study.name
+            "has no heatmaps; record: {heatmaps: true} stores heatmaps", study.name
         )
     names = [*selection.apart(selection.sampled), *selection.sampled]
     return CoverageLayout(selection, selection.panels(names, "coverage"))
@@ -133,7 +133,7 @@ def draw_coverage(layout: CoverageLayout) -> Figure:
         figure.colorbar(
             image,
             ax=list(panels.ravel()),
-            label="mean visits a pixel",
+            label="mean visits per pixel",
             extend="max",
             shrink=0.9,
             pad=0.02,
@@ -169,7 +169,7 @@ def _visits(selection: Selection, facets: list[Facet]) -> list[Visits]:
     }
     if not set(trial_ids.to_pylist()) <= row_of.keys():
         raise StoreError(
-            "a trial that is done has no heatmap; choose with where",
+            "a done trial has no heatmap; select other trials with where",
             selection.study.name,
         )
     return [
@@ -193,7 +193,7 @@ def _mean(counts: list[NDArray[np.int32]], trials: list[str]) -> Visits:
 
 
 def _estimates(selection: Selection, facet: Facet) -> list[str]:
-    """Return coverage and CV of a point with their confidence intervals, in words.
+    """Return coverage and CV of a point with confidence intervals, as strings.
 
     Metrics that are not recorded are left out.
     """
@@ -212,7 +212,7 @@ def _estimates(selection: Selection, facet: Facet) -> list[str]:
 
 
 def _short_names(selection: Selection) -> dict[str, str]:
-    """Return the short names of the recorded metrics that have one."""
+    """Return the short names of the recorded metrics that have a short name."""
     return {
         name: metric.short
         for name, metric in selection.study.known_metrics.items()
@@ -223,11 +223,11 @@ def _short_names(selection: Selection) -> dict[str, str]:
 def _note(selection: Selection, panel_visits: list[Visits]) -> str:
     counts = [len(visits.trials) for visits in panel_visits]
     names = _short_names(selection).values()
-    interval = f"{' and '.join(names)} with 95 % interval" if names else ""
+    interval = f"{' and '.join(names)} with 95 % confidence interval" if names else ""
     same = all(visits.same_obstacles for visits in panel_visits if visits.trials)
     obstacles = "blue: obstacles" if same else "obstacles differ between trials"
     trials = selection.note(
-        "mean of {n} trials a panel", counts, interval, selection.study.metrics
+        "mean of {n} trials per panel", counts, interval, selection.study.metrics
     )
     return f"{trials}; white: never visited; {obstacles}"
 

@@ -40,7 +40,7 @@ from sweep.tables import Results, as_names
 from sweep.text import unknown
 
 MOST_LINES = 60
-"""The most values of a numeric parameter that a colour bar tells apart."""
+"""The most values of a numeric parameter that a colour bar distinguishes."""
 LINE = "_line"
 
 
@@ -61,10 +61,10 @@ def metric_curves(
     by: str | None = None,
     metrics: str | Sequence[str] = (),
 ) -> Figure:
-    """Draw mean curves of series metrics against the frame, one panel per metric.
+    """Draw mean curves of series metrics against the frame, with a panel per metric.
 
-    Bands are pointwise 95 % confidence intervals over trials. Other parameters that
-    vary become panels. A panel without done trials states that.
+    Bands are pointwise 95 % confidence intervals over trials. Further parameters that
+    vary become panels. A panel without done trials shows a note.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ def curves_layout(
     by: str | None,
     metrics: Sequence[str],
 ) -> Curves:
-    """Return the layout of `metric_curves`, or raise its ChoiceError.
+    """Return the layout of `metric_curves`, or raise ChoiceError.
 
     Parameters
     ----------
@@ -126,16 +126,16 @@ def series_metrics(study: Results) -> list[str]:
     """Return the metrics stored frame by frame. Raises ChoiceError without any."""
     if not study.series_metrics:
         raise ChoiceError(
-            f"has no series; record: {{series: [{study.metrics[0]}]}} keeps them",
+            f"has no series; record: {{series: [{study.metrics[0]}]}} stores series",
             study.name,
         )
     return study.series_metrics
 
 
 def _lines(selection: Selection, by: str | None) -> str | None:
-    """Return the parameter whose values are lines, or None if no listed one varies.
+    """Return the parameter of the lines, or None if no listed parameter varies.
 
-    Raises ChoiceError for more lines than can be told apart.
+    Raises ChoiceError for too many lines.
     """
     listed = selection.apart([])
     if not by and not listed:
@@ -197,10 +197,12 @@ def _note(layout: Curves) -> str:
     selection = layout.selection
     trials = selection.trials
     counts = trials[trials["status"] == "done"].groupby("point").size()
-    interval = "mean with pointwise 95 % interval"
+    interval = "mean with pointwise 95 % confidence interval"
     if selection.study.repeated:
-        interval += ", which takes the numbers of trials as given"
-    return selection.note("{n} trials a curve", counts, interval, shown=layout.metrics)
+        interval += ", valid for fixed numbers of trials"
+    return selection.note(
+        "{n} trials per curve", counts, interval, shown=layout.metrics
+    )
 
 
 def _curve_panel(axes: Axes, layout: Curves, metric: str, facet: Facet) -> None:
@@ -261,7 +263,7 @@ def _looks(layout: Curves, number: int) -> dict[str, Any]:
 
 
 def _one_scale(panels: Iterable[Axes]) -> None:
-    """Give panels of one metric the same y limits."""
+    """Give all panels of a metric equal y limits."""
     drawn = [axes for axes in panels if axes.lines]
     limits = np.array([axes.get_ylim() for axes in drawn])
     for axes in drawn:
@@ -269,7 +271,7 @@ def _one_scale(panels: Iterable[Axes]) -> None:
 
 
 def _coloured(layout: Curves) -> bool:
-    """Return True if a colour bar tells the lines apart, and no legend."""
+    """Return True if a colour bar, and not a legend, distinguishes the lines."""
     return (
         layout.by is not None and len(layout.selection.values(layout.by)) > MOST_COLOURS
     )
@@ -283,7 +285,7 @@ def _norm(layout: Curves) -> Normalize:
 
 
 def plan(study: Results, choices: Choices) -> list[Planned]:
-    """Plan one figure of all metrics, or one per metric if parameters need panels too.
+    """Plan one figure of all metrics, or a figure per metric if parameters need panels.
 
     Raises ChoiceError if the study has no curves.
     """
@@ -356,7 +358,7 @@ def _marked(layout: Curves, metric: str, facet: Facet) -> pd.DataFrame:
 
 
 KIND = FigureKind(
-    "each series metric against time, mean and band",
+    "each series metric against time: mean and confidence band",
     ("by",),
     plan,
     of_several=True,

@@ -1,6 +1,6 @@
-"""Directions of metrics: `coverage+` asks for high values, `coverage_cv-` for low ones.
+"""Directions of metrics: `coverage+` prefers high values, `coverage_cv-` low values.
 
-A column that a method optimizes, such as an objective of a search, has one too.
+A column that a method optimizes, such as an objective of a search, has a direction.
 """
 
 from typing import NamedTuple
@@ -25,8 +25,8 @@ class Direction(NamedTuple):
 def direction(study: Results, text: str) -> Direction:
     """Read a direction, such as `coverage+` for high values or `coverage_cv-` for low.
 
-    A metric without a sign has the direction of its better values. Raises ChoiceError
-    for an unknown metric.
+    Without a sign, the better values of the metric determine the direction. Raises
+    ChoiceError for an unknown metric.
     """
     metric = recorded(study, text.rstrip("+-"))
     return Direction(
@@ -40,16 +40,16 @@ def direction(study: Results, text: str) -> Direction:
 def shown_metrics(study: Results) -> list[str]:
     """Return the metrics that figures show by default.
 
-    They are the objectives of a search, or else all recorded metrics.
+    The metrics are the objectives of a search, or else all recorded metrics.
     """
     return [*_optimized(study)] or study.metrics
 
 
 def opposed_metrics(study: Results) -> list[str]:
-    """Return two metrics to trade off against each other, or none.
+    """Return two metrics to trade off against each other, or an empty list.
 
-    They are the first two objectives of a search. Else they are the first metric whose
-    high values are better, and the first whose low values are better.
+    The metrics are the first two objectives of a search. Otherwise the metrics are the
+    first metric with better high values, and the first with better low values.
     """
     aims = [*_optimized(study)]
     if len(aims) > 1:
@@ -62,10 +62,11 @@ def opposed_metrics(study: Results) -> list[str]:
 
 
 def better_values(study: Results, column: str) -> Better:
-    """Return which values of a metric, or of its mean over the second half, are better.
+    """Return which values of a metric, or of the mean over the second half, are better.
 
-    An objective of a search on this column decides first, then one on its metric, then
-    the metric. A metric that this version does not know gives "neither".
+    An objective of a search on this column decides first, then an objective on the
+    metric, then the metric. For a metric that this version does not know, the result is
+    "neither".
     """
     metric = Column.read(column).metric
     high = _optimized(study)
@@ -78,7 +79,7 @@ def better_values(study: Results, column: str) -> Better:
 
 
 def _more_is_better(study: Results, column: str) -> bool:
-    """Return True if high values are better, also if neither are."""
+    """Return True if high values are better, or neither high nor low values."""
     return better_values(study, column) != "low"
 
 

@@ -1,8 +1,8 @@
-"""Parts of figures: maps with obstacles, flocks, visits, values with intervals.
+"""Parts of figures: maps with obstacles, flocks, visits, confidence intervals.
 
-Each function draws into axes of its caller, who applies the style of all figures.
-Positions are in the world's unit of length. Images and pixel worlds have y downwards
-from the top left, as the published programs do.
+Each function draws into given axes; the caller applies the style of all figures.
+Positions are in the unit of length of the world. In images and pixel worlds, y points
+downwards from the top left, as in the published programs.
 """
 
 import re
@@ -35,7 +35,7 @@ MOST_COLUMNS = 8
 ROOM = 0.96
 """The fraction of the width of a figure that its legend may take."""
 NAMES_PART = 0.9
-"""The least fraction of the width of a legend of one column that its names take."""
+"""The least fraction of the width of a one-column legend that the names take."""
 ROW = 0.5
 """The height that a layout reserves for the legend, a title and one row, in inches."""
 OUTLINE = 1.8
@@ -48,7 +48,7 @@ A seam closes the gap between obstacles that touch, such as the pieces of an ima
 
 
 def number_goals(axes: Axes, world: TrialWorld, colour: str) -> None:
-    """Write the number of each goal beside it, if there are several.
+    """Write the number of each goal next to the goal, if there are several.
 
     Parameters
     ----------
@@ -90,8 +90,8 @@ def draw_map(
     face : str, default "0.6"
         Colour that fills the obstacles.
     outline : str, optional
-        Colour of the outline, which obstacles that touch or overlap share. By default
-        obstacles have no outline.
+        Colour of the outline. Obstacles that touch or overlap have a common outline. By
+        default obstacles have no outline.
     downwards : bool, default True
         Let y increase downwards.
     """
@@ -108,7 +108,7 @@ def draw_map(
 def draw_obstacles(
     axes: Axes, world: TrialWorld, *, face: str = "0.6", outline: str | None = None
 ) -> list[PatchCollection]:
-    """Draw the obstacles of a world, and return their layers.
+    """Draw the obstacles of a world, and return the layers.
 
     Parameters
     ----------
@@ -137,7 +137,8 @@ def draw_obstacles(
 def _shape(obstacle: Obstacle, world: TrialWorld) -> Patch:
     """Return the filled shape of an obstacle.
 
-    The shape of an arena is all that surrounds it, up to one world beyond each side.
+    The shape of an arena is the area around the arena, up to one world beyond each
+    side.
     """
     if isinstance(obstacle, Polygon):
         within = np.array(obstacle.vertices)
@@ -166,7 +167,7 @@ def _closed(vertices: NDArray[np.float64]) -> Path:
 
 
 def _area(vertices: NDArray[np.float64]) -> float:
-    """Return the area of a polygon, positive if its vertices turn from x towards y."""
+    """Return the area of a polygon, positive if the vertices turn from x towards y."""
     x, y = vertices.T
     next_x, next_y = np.roll(vertices, -1, axis=0).T
     return float((x * next_y - next_x * y).sum() / 2.0)
@@ -188,7 +189,7 @@ def draw_flock(
     length : float
         Length of a triangle, in the unit of the positions.
     colour : str or list of str, default "0.1"
-        One colour for all boids, or one per boid.
+        One colour for all boids, or a colour per boid.
     """
     x, y, vx, vy = bodies
     heading = np.arctan2(vy, vx)
@@ -209,7 +210,7 @@ def draw_flock(
 
 
 def colours_of_kinds(kinds: Iterable[str]) -> dict[str, str]:
-    """Return the colour of each kind of boids, by its name."""
+    """Return the colour of each kind of boids, by name."""
     return dict(zip(kinds, cycle(COLOURS), strict=False))
 
 
@@ -230,7 +231,7 @@ def draw_visits(
     ----------
     axes : Axes
     visits : array_like, shape (rows, columns)
-        Counts or their means, negative in obstacles.
+        Counts or mean counts, negative in obstacles.
     world : TrialWorld
     most : float
         Number of visits from which pixels are darkest.
@@ -266,7 +267,7 @@ def draw_values(
     marker: str = "o",
     label: str = "",
 ) -> None:
-    """Draw values as markers, each with its interval as a horizontal line.
+    """Draw values as markers, with confidence intervals as horizontal lines.
 
     Parameters
     ----------
@@ -305,8 +306,8 @@ def name_rows(axes: Axes, names: Sequence[str]) -> None:
 def note(figure: Figure, text: str) -> None:
     """Write a note in small letters below a figure.
 
-    It names the study, the number of trials and the kind of interval. A line that is
-    wider than the figure is broken.
+    The note names the study, the number of trials and the kind of interval. A line that
+    is wider than the figure is broken.
     """
     letters = int(LETTERS_AN_INCH * figure.get_size_inches()[0])
     lines = [part for line in text.split("\n") for part in wrap(line, letters)]
@@ -334,17 +335,17 @@ def legend_of(
     title: str | None = None,
     columns: int = MOST_COLUMNS,
 ) -> None:
-    """Put a legend above the whole figure, in as many columns as fit its width.
+    """Put a legend above the whole figure, in as many columns as fit the width.
 
-    Labels that are too long for one column are broken. The figure becomes higher by the
-    rows of the legend after the first, so that panels keep their size.
+    Labels that are too long for one column are broken. Rows of the legend after the
+    first make the figure higher, so that panels keep a constant size.
 
     Parameters
     ----------
     figure : Figure
     handles : sequence of Artist
     labels : sequence of str
-        One per handle.
+        A label per handle.
     title : str, optional
     columns : int, default 8
         The most columns.
@@ -380,13 +381,13 @@ def _inches(figure: Figure, box: Legend) -> tuple[float, float]:
 
 
 def quantity(study: Results, name: str) -> str:
-    """Return a metric or a parameter in words, with its unit: `flock radius (px)`.
+    """Return a metric or a parameter in words, with the unit: `flock radius (px)`.
 
     The column `<metric>_mean` is the mean of a metric over the second half of a trial;
-    it gives `flock radius, last half (px)`.
+    the result is `flock radius, second half (px)`.
     """
     column = Column.read(name)
-    half = ", last half" if column.half and column.metric in study.metrics else ""
+    half = ", second half" if column.half and column.metric in study.metrics else ""
     unit = study.units.get(name, "").replace("^2", "²")
     return (
         (column.metric if half else name).replace("_", " ")
@@ -410,7 +411,7 @@ def words(value: object) -> str:
 
 
 def as_text(text: str) -> str:
-    """Return the text that matplotlib shows as this text.
+    """Return a string that matplotlib shows literally.
 
     Matplotlib reads text between two `$` as mathematics, so each `$` is escaped.
     """
@@ -418,7 +419,7 @@ def as_text(text: str) -> str:
 
 
 def named(settings: Iterable[tuple[str, object]]) -> str:
-    """Return parameters and their values in words: map = cafeteria, n = 50."""
+    """Return parameters and values in words: map = cafeteria, n = 50."""
     return ", ".join(
         f"{name.replace('_', ' ')} = {words(value)}" for name, value in settings
     )
@@ -431,7 +432,7 @@ def span(numbers: Iterable[int]) -> str:
 
 
 def estimated(value: float, low: float, high: float) -> str:
-    """Return a value with its interval in words, to two decimals: 0.52 [0.48, 0.56].
+    """Return a value and its interval as a string with two decimals: 0.52 [0.48, 0.56].
 
     Parameters
     ----------
@@ -465,7 +466,7 @@ def title_panel(axes: Axes, lines: Iterable[str], across: int) -> None:
 
 
 def without_trials(axes: Axes) -> None:
-    """Write in the middle of a panel that no trial is done, and remove its axes."""
+    """Write "no trial done" in the middle of a panel, and remove the axes."""
     axes.set_axis_off()
     axes.text(
         0.5,
@@ -479,9 +480,9 @@ def without_trials(axes: Axes) -> None:
 
 
 def tidy_grid(panels: NDArray[np.object_], number: int) -> list[Axes]:
-    """Return the first `number` panels of a grid that shares its scales.
+    """Return the first `number` panels of a grid with common scales.
 
-    Labels remain only at the edges of the grid. The other panels become invisible.
+    Labels remain only at the edges of the grid. The remaining panels become invisible.
     """
     across = panels.shape[1]
     used = list(panels.ravel()[:number])

@@ -1,4 +1,4 @@
-"""A metric over two parameters: means of cells, and half-widths of their intervals.
+"""A metric over two parameters: means and half-widths of the confidence intervals.
 
 Cells are points if the design is a grid, else bins.
 """
@@ -50,7 +50,7 @@ LIGHT = 0.6
 HEIGHTS = (2.6, 2.6, 2.1, 1.75)
 """The height of a row of one to four panels, in inches."""
 WIDENED = 0.1
-"""The margin of the colour scale around equal values, as a fraction of them."""
+"""The margin of the colour scale around equal values, as a fraction of the values."""
 MOST_COUNTED = 2
 """The most panels in which each bin shows its number of points."""
 
@@ -59,8 +59,8 @@ class Cells(NamedTuple):
     """The cells of a panel, from which a heatmap is drawn.
 
     `x` (columns + 1,) and `y` (rows + 1,) are edges. `mean`, `half` and `points` (rows,
-    columns) are the mean, the half-width of its confidence interval, and the number of
-    points. `places` has the number of the cell of each point, row after row, by its id.
+    columns) are the mean, the half-width of the confidence interval, and the number of
+    points. `places` maps the id of each point to the number of the cell, row after row.
     """
 
     x: Floats
@@ -72,9 +72,9 @@ class Cells(NamedTuple):
 
 
 class Heatmap(NamedTuple):
-    """The contents of a heatmap: a metric over two parameters, one panel per facet.
+    """The contents of a heatmap: a metric over two parameters, a panel per facet.
 
-    `binned` lists which of `x` and `y` are divided into bins. `mixed` lists other
+    `binned` lists which of `x` and `y` are divided into bins. `mixed` lists further
     parameters that differ between the points of a cell.
     """
 
@@ -100,13 +100,13 @@ def heatmap_figure(
     *,
     over: Over = "last",
 ) -> Figure:
-    """Draw the mean of a metric over two parameters, and the half-width of its CI.
+    """Draw the mean of a metric over two parameters, and the half-width of the CI.
 
-    In a grid each cell is a point, and its mean is over replicates. A parameter with
-    more than 30 listed values, or 12 sampled ones, is divided into bins. The mean of a
-    bin is over its points, also if they differ in other sampled parameters. A bin
-    without points is white. Other listed parameters become panels. Confidence intervals
-    (CI) are at 95 %.
+    In a grid each cell is a point, and the mean is over replicates. A parameter with
+    more than 30 listed values, or 12 sampled values, is divided into bins. The mean of
+    a bin is over all points in the bin, also if the points differ in further sampled
+    parameters. A bin without points is white. Further listed parameters become panels.
+    Confidence intervals (CI) are at 95 %.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def heatmap_figure(
         Parameters of the axes; by default the first sampled parameters, then the listed
         numbers with the most values.
     over : {"last", "half"}, default "last"
-        Use the last frame of each trial, or the mean over its second half.
+        Use the last frame of each trial, or the mean over the second half.
 
     Returns
     -------
@@ -137,7 +137,7 @@ def heatmap_layout(
     x: str | None,
     y: str | None,
 ) -> Heatmap:
-    """Return the layout of `heatmap_figure`, or raise its ChoiceError.
+    """Return the layout of `heatmap_figure`, or raise ChoiceError.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def heatmap_layout(
     named = [selection.setting(name) for name in (x, y) if name]
     if x and x == y:
         raise ChoiceError(
-            f"with x and y both {x}; allowed: two settings", study.name, "heatmap"
+            f"with x and y both {x}; allowed: two parameters", study.name, "heatmap"
         )
     listed = sorted(
         selection.apart(selection.sampled),
@@ -162,7 +162,7 @@ def heatmap_layout(
     chosen = [*named, *(name for name in free if name not in named)][:2]
     if len(chosen) < 2:
         raise ChoiceError(
-            f"needs two settings that vary, and there is {len(chosen)}",
+            f"needs two varied parameters; the study has {len(chosen)}",
             study.name,
             "heatmap",
         )
@@ -185,7 +185,7 @@ def heatmap_layout(
 
 
 def is_binned(selection: Selection, name: str) -> bool:
-    """Return True if cells are bins of a parameter, and not its values."""
+    """Return True if cells are bins of a parameter, and not single values."""
     most = MOST_DRAWN if name in selection.sampled else MOST_LISTED
     return has_scale(selection.points[name]) and len(selection.values(name)) > most
 
@@ -230,7 +230,7 @@ def draw_heatmap(layout: Heatmap) -> Figure:
                 layout,
                 cells,
                 [panel.half for panel in cells],
-                label=f"half the 95 % interval of\n{name}",
+                label=f"half-width of the 95 % CI of\n{name}",
                 colours="magma",
             )
         note(figure, _note(layout, table, cells))
@@ -251,7 +251,7 @@ def _block(
     label: str,
     colours: str,
 ) -> None:
-    """Draw one panel per facet with a common colour scale, which `label` names."""
+    """Draw a panel per facet, with a common colour scale that has the label `label`."""
     across = _across(layout)
     panels = block.subplots(
         -(-len(cells) // across), across, sharex=True, sharey=True, squeeze=False
@@ -281,8 +281,8 @@ def _block(
 def _scale(values: list[Floats]) -> Normalize:
     """Return the colour scale of all panels.
 
-    Values that are equal but for rounding get a wider scale. Then they have one colour,
-    and the numbers at the colour bar are readable.
+    Values that are equal except for rounding get a wider scale. Then all values have
+    one colour, and the numbers at the colour bar are readable.
     """
     known = np.concatenate([value[np.isfinite(value)] for value in values])
     if not len(known):
@@ -313,10 +313,10 @@ def _mesh(
 
 
 def _count(axes: Axes, cells: Cells, shade: Floats) -> None:
-    """Write the number of points into each cell that has any.
+    """Write the number of points into each cell with points.
 
-    `shade` (rows, columns) is the lightness of cells, from 0 (dark) to 1. It decides
-    the colour of the number, so that the number is readable.
+    `shade` (rows, columns) is the lightness of cells, from 0 (dark) to 1. The lightness
+    determines the colour of the number, so that the number is readable.
     """
     x, y = (
         _middles(edges, axis.get_scale() == "log")
@@ -354,8 +354,8 @@ def _middles(edges: Floats, logarithmic: bool) -> Floats:
 def _cells(layout: Heatmap, table: pd.DataFrame) -> Cells:
     """Return the cells of the points of a panel.
 
-    If cells may hold several points, the interval is that of their mean. Else it is the
-    interval of the point.
+    If cells may contain several points, the interval is for the mean over the points.
+    Otherwise the interval is for the point.
     """
     metric = layout.metric
     known = table[table[metric].notna()]
@@ -388,7 +388,7 @@ def _divided(
 ) -> tuple[Floats, NDArray[np.int64]]:
     """Return the edges of the cells of a parameter, and the cell of each point.
 
-    Edges are around the values of the parameter, or divide its range into `number`
+    Edges are around the values of the parameter, or divide the range into `number`
     bins.
     """
     every = np.unique(places(selection, name, selection.points[name]))
@@ -408,18 +408,18 @@ def _note(layout: Heatmap, table: pd.DataFrame, cells: list[Cells]) -> str:
     )
     trials = table[f"{layout.metric}_n"]
     if not layout.averages:
-        text = "one point a cell, {n} trials a point"
+        text = "one point per cell, {n} trials per point"
         return layout.selection.note(
-            text, trials, "mean with 95 % interval", [layout.metric]
+            text, trials, "mean with 95 % confidence interval", [layout.metric]
         )
     mixed = ", ".join(name.replace("_", " ") for name in layout.mixed)
     text = (
-        f"each cell the mean of {span(counts)}"
-        f" points{f', which differ in {mixed} too' if mixed else ''};"
+        f"each cell is the mean of {span(counts)}"
+        f" points{f', which also differ in {mixed}' if mixed else ''};"
     )
     return layout.selection.note(
-        f"{text}\n{{n}} trials a point, 95 % interval of the mean over points; white:"
-        " no point",
+        f"{text}\n{{n}} trials per point, 95 % confidence interval of the mean over"
+        " points; white: no point",
         trials,
         shown=[layout.metric],
     )
@@ -436,7 +436,7 @@ def plan(study: Results, choices: Choices) -> list[Planned]:
 
 
 def marks(study: Results, choices: Choices) -> FigureMarks:
-    """Return the figure of the first metric as marks, one per cell."""
+    """Return the figure of the first metric as marks, with a mark per cell."""
     metric = choices.plain(study)[0]
     layout = heatmap_layout(study, metric, choices.x, choices.y)
     selection = layout.selection
@@ -466,7 +466,7 @@ def _marked_axis(layout: Heatmap, name: str) -> MarkedAxis:
 
 
 def _marked(metric: str, cells: Cells, table: pd.DataFrame) -> pd.DataFrame:
-    """Return one row per cell that has a point."""
+    """Return a table with a row per cell that has a point."""
     rows, columns = np.nonzero(cells.points)
     keys = rows * cells.mean.shape[1] + columns
     ids = cells.places.index.to_series().groupby(cells.places)
@@ -490,7 +490,7 @@ def _marked(metric: str, cells: Cells, table: pd.DataFrame) -> pd.DataFrame:
 def _resolved(cells: Cells) -> NDArray[np.bool_]:
     """Return which cells (rows, columns) are resolved.
 
-    The interval of a resolved cell is not wider than its largest step to one of the
+    The interval of a resolved cell is not wider than the largest step to one of the
     four neighbours. A cell without an interval or a neighbour counts as resolved.
     """
     padded = np.pad(cells.mean, 1, constant_values=np.nan)
@@ -506,5 +506,5 @@ def _resolved(cells: Cells) -> NDArray[np.bool_]:
 
 
 KIND = FigureKind(
-    "a metric over two settings", ("x", "y"), plan, of_several=True, marks=marks
+    "a metric over two parameters", ("x", "y"), plan, of_several=True, marks=marks
 )

@@ -1,6 +1,6 @@
 """The kinds of figures that `sweep plot` draws, and the kinds that suit a study.
 
-A new kind is a module with its KIND, and one entry of KINDS. Installed packages may add
+A new kind is a module with a KIND, and an entry in KINDS. Installed packages may add
 kinds.
 """
 
@@ -48,9 +48,9 @@ KINDS: Registry[FigureKind] = Registry(
 
 
 class Plot(NamedTuple):
-    """The figures to draw, each with the name of its kind.
+    """The figures to draw, each with the name of the kind.
 
-    `left_out` has the reasons why kinds are left out, each after their names.
+    `left_out` lists the names of kinds that are left out, each with the reason.
     """
 
     figures: list[tuple[str, Planned]]
@@ -63,7 +63,7 @@ def plan_figures(
     choices: Choices,
     known: Mapping[str, FigureKind] = KINDS,
 ) -> Plot:
-    """Plan the figures of a study, and draw nothing yet.
+    """Plan the figures of a study, without drawing the figures.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def plan_figures(
         Names of kinds; if empty, all kinds that suit the study.
     choices : Choices
     known : mapping of str to FigureKind
-        Kinds by their names; by default built-in kinds and those of packages.
+        Kinds by name; by default built-in kinds and kinds of packages.
 
     Returns
     -------
@@ -82,8 +82,8 @@ def plan_figures(
     Raises
     ------
     ChoiceError
-        If a kind, metric or parameter is unknown, no named kind takes one of the
-        choices, a named kind does not suit the study, or none does.
+        If a kind, metric or parameter is unknown, no named kind takes a choice, a named
+        kind does not suit the study, or no kind does.
     """
     for name in names:
         if name not in known:
@@ -108,7 +108,7 @@ def plan_figures(
     left_out = [f"{', '.join(alike)}: {reason}" for reason, alike in names_of.items()]
     if len(reasons) == len(known):
         raise ChoiceError(
-            f"no kind of figure suits it: {'; '.join(left_out)}", study.name
+            f"no kind of figure suits the study: {'; '.join(left_out)}", study.name
         )
     fitting = [name for name, reason in why.items() if not reason]
     return Plot(
@@ -164,7 +164,7 @@ def draw_figures(
     Yields
     ------
     Path
-        Each file of a figure, as soon as all its files are written.
+        Each file of a figure, as soon as all files of the figure are written.
     """
     metadata = about_study(study)
     for kind, planned in plot.figures:

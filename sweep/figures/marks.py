@@ -1,7 +1,7 @@
 """Figures as plain data: marks that the results explorer draws and a reader can click.
 
-The module of a kind makes the marks from the layout and the table of its figure, so
-that both show the same numbers.
+The module of a kind makes the marks from the layout and the table of the figure, so
+that marks and figure show equal numbers.
 """
 
 from collections.abc import Sequence
@@ -24,8 +24,9 @@ MOST_IDS = 50
 class MarkedAxis(NamedTuple):
     """An axis of a panel.
 
-    `names` are the names of the places 0, 1, ... if the values are not numbers. Ticks
-    are at the `listed` values. Marks beyond `low` or `high` are drawn at the edge.
+    `names` are the names of the positions 0, 1, ... if the values are not numbers.
+    Ticks are at the `listed` values. Marks beyond `low` or `high` are drawn at the
+    edge.
     """
 
     name: str
@@ -38,7 +39,7 @@ class MarkedAxis(NamedTuple):
 
 
 class MarkedLine(NamedTuple):
-    """A line behind the marks, and a `text` that names it."""
+    """A line behind the marks, with the label `text`."""
 
     x: Sequence[float] = ()
     y: Sequence[float] = ()
@@ -46,10 +47,10 @@ class MarkedLine(NamedTuple):
 
 
 class MarkedPanel(NamedTuple):
-    """A panel: its title, its axes, and `marks` with one row per mark.
+    """A panel: title, axes, and `marks` with a row per mark.
 
-    `FigureMarks` describes the columns of the marks. `edges` are those of cells along x
-    and y.
+    `FigureMarks` describes the columns of the marks. `edges` are the edges of cells
+    along x and y.
     """
 
     title: str
@@ -63,20 +64,21 @@ class MarkedPanel(NamedTuple):
 class FigureMarks(NamedTuple):
     """The marks of a figure.
 
-    `form` names the columns of `marks`.
+    `form` determines the columns of `marks`:
 
-        lines   x, y, low, high, n: a place on the line of its `colour`, with a band
-        paths   the same; the places of one point are joined, in their order
-        points  the same; x_low and x_high if x is a mean too; best is true for a mark
-                on a front
-        cells   column, row, y, half, n: half-width of the interval; points: their
-                number; resolved: false if the interval is wider than each step to a
-                neighbour
+    - "lines": x, y, low, high and n. A mark is a position on the line of a `colour`,
+      with a band.
+    - "paths": as "lines". The positions of one point are joined in order.
+    - "points": as "lines", with x_low and x_high if x is a mean too. `best` is true for
+      a mark on a front.
+    - "cells": column, row, y, half (half-width of the confidence interval), n, points
+      (number of points) and resolved. `resolved` is false if the interval is wider than
+      each step to a neighbour.
 
     `colour` is the index of a value in `values`, the values of `by`. `point` is the id
-    of the point behind a mark, or several ids with a space between them. `metrics` have
+    of the point behind a mark, or several ids with spaces in between. `metrics` have
     the form that `sweep plot --metric` takes. `note` is the text below the figure.
-    `thinned` tells how many of the marks are left, "" if all are.
+    `thinned` reports how many marks are left, and is "" if all marks are left.
     """
 
     form: str
@@ -110,9 +112,9 @@ def colours_of(
     ----------
     selection : Selection
     by : str or None
-        Parameter whose values are colours; without one all points have colour 0.
+        Parameter of the colours; if None, all points have colour 0.
     points : DataFrame
-        One row per point, with the column `by`.
+        Rows are points, with the column `by`.
     """
     if not by:
         return pd.Series(0, points.index)
@@ -123,7 +125,7 @@ def colours_of(
 def legend_of_marks(
     selection: Selection, by: str | None
 ) -> tuple[str, tuple[str, ...]]:
-    """Return the label of the parameter whose values are colours, and its values."""
+    """Return the label and the values of the parameter of the colours."""
     if not by:
         return "", ()
     return quantity(selection.study, by), tuple(map(words, selection.values(by)))

@@ -1,8 +1,8 @@
 """Custom kinds of figures, in files that the arguments of `sweep plot` name.
 
-An argument is `./mine.py`, or `./mine.py:NAME` for one of several kinds in a file. The
-file has FIGURES, a mapping from names to FigureKinds. The file runs when it is named,
-and is not part of the study.
+An argument is `./mine.py`, or `./mine.py:NAME` for a single kind in the file. The file
+defines FIGURES, a mapping from names to FigureKinds. Naming a file runs the file. The
+file is not part of the study.
 """
 
 from collections import ChainMap
@@ -19,10 +19,11 @@ Kinds = Mapping[str, FigureKind]
 
 
 def with_files(names: Sequence[str]) -> tuple[list[str], Kinds]:
-    """Return the names of the chosen kinds, and all kinds with those of custom files.
+    """Return the names of the chosen kinds, and all kinds including custom kinds.
 
-    Each file among `names` becomes the names of its kinds. Raises CodeError for a file
-    without kinds, for an unknown kind of a file, and for a name that is taken.
+    Each file among `names` is replaced by the names of the kinds in the file. Raises
+    CodeError for a file without kinds, for an unknown kind of a file, and for a name
+    that is taken.
     """
     own = dict[str, FigureKind]()
     plain = list[str]()
@@ -36,7 +37,7 @@ def with_files(names: Sequence[str]) -> tuple[list[str], Kinds]:
             raise CodeError(unknown(f"figure of {path}", kind, in_file))
         chosen = {kind: in_file[kind]} if kind else in_file
         if taken := [new for new in chosen if new in KINDS or new in own]:
-            raise CodeError(f'{path}: there is a kind "{taken[0]}" already')
+            raise CodeError(f'{path}: a kind "{taken[0]}" exists already')
         own |= chosen
         plain += chosen
     return plain, ChainMap(own, KINDS)

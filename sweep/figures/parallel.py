@@ -1,4 +1,4 @@
-"""Parallel coordinates: an upright axis for each sampled parameter and for a metric.
+"""Parallel coordinates: a vertical axis for each sampled parameter and for a metric.
 
 Each point is a line. The best points are in colour.
 """
@@ -39,7 +39,7 @@ MOST_NAMES_ON_A_LINE = 5
 
 
 class Parallel(NamedTuple):
-    """The contents of a figure of parallel coordinates: one panel per facet."""
+    """The contents of a figure of parallel coordinates: a panel per facet."""
 
     selection: Selection
     direction: Direction
@@ -47,7 +47,7 @@ class Parallel(NamedTuple):
 
 
 class Upright(NamedTuple):
-    """One upright axis: heights of the points from 0 to 1, and ticks with names."""
+    """A vertical axis: heights of the points from 0 to 1, and ticks with names."""
 
     heights: Floats
     ticks: Floats
@@ -69,10 +69,10 @@ def parallel_figure(
     ----------
     study : Results
     metric : str
-        May have a direction: `coverage+` asks for the highest values, `coverage_cv-`
-        for the lowest.
+        A metric, optionally with a direction: `coverage+` prefers the highest values,
+        `coverage_cv-` the lowest.
     over : {"last", "half"}, default "last"
-        Use the last frame of each trial, or the mean over its second half.
+        Use the last frame of each trial, or the mean over the second half.
 
     Returns
     -------
@@ -91,12 +91,12 @@ def parallel_layout(
     study: Results,
     metric: str,
 ) -> Parallel:
-    """Return the layout of `parallel_figure`, or raise its ChoiceError."""
+    """Return the layout of `parallel_figure`, or raise ChoiceError."""
     selection = select(study)
     chosen = direction(study, metric)
     if not selection.sampled:
         raise ChoiceError(
-            "needs an axis that samples settings, and there is none",
+            "needs an axis that samples parameters; the study has no such axis",
             study.name,
             "parallel",
         )
@@ -132,9 +132,9 @@ def draw_parallel(layout: Parallel) -> Figure:
             f"{BEST:.0%} with the {'highest' if chosen.high else 'lowest'}"
             f" {quantity(selection.study, chosen.metric)}"
         )
-        legend_of(figure, lines, [better.replace("%", " %", 1), "others"])
+        legend_of(figure, lines, [better.replace("%", " %", 1), "other points"])
         text = (
-            f"{span(shown for shown, _ in counts)} points a panel, each the mean of"
+            f"{span(shown for shown, _ in counts)} points per panel, each the mean of"
             " {n} trials"
         )
         left_out = sum(unknown for _, unknown in counts)
@@ -145,7 +145,7 @@ def draw_parallel(layout: Parallel) -> Figure:
 
 
 def _panel(axes: Axes, layout: Parallel, table: pd.DataFrame) -> tuple[int, int]:
-    """Draw a panel. Return the numbers of its points with and without a value."""
+    """Draw a panel, and return the numbers of points with and without a value."""
     selection, chosen, _ = layout
     known = table[table[chosen.metric].notna()]
     uprights = [_upright(selection, name, known[name]) for name in selection.sampled]
@@ -223,7 +223,7 @@ def _axis(axes: Axes, place: int, upright: Upright) -> None:
 
 
 def _upright(selection: Selection, name: str, column: "pd.Series[float]") -> Upright:
-    """Return the axis of a parameter, which spans all its values in the figure."""
+    """Return the axis of a parameter, which spans all values in the figure."""
     values = places(selection, name, column)
     every = places(selection, name, selection.points[name])
     if not has_scale(selection.points[name]):
@@ -273,4 +273,6 @@ def plan(study: Results, choices: Choices) -> list[Planned]:
     ]
 
 
-KIND = FigureKind("all sampled settings and a metric, the best in colour", (), plan)
+KIND = FigureKind(
+    "all sampled parameters and a metric, with the best points in colour", (), plan
+)

@@ -1,4 +1,4 @@
-"""Two metrics against each other, and the points that no other beats in both."""
+"""Two metrics against each other, and the Pareto front."""
 
 from functools import partial
 from typing import NamedTuple
@@ -42,7 +42,7 @@ MOST_INTERVALS = 60
 class Pareto(NamedTuple):
     """The contents of a Pareto figure.
 
-    `directions` are the metrics on the axes with their directions. The values of the
+    `directions` are the metrics on the axes, with directions. The values of the
     parameter `by` are colours. Each facet has a panel.
     """
 
@@ -62,26 +62,25 @@ def pareto_figure(
 ) -> Figure:
     """Draw the means of two metrics at all points, and the Pareto front.
 
-    Means have 95 % confidence intervals. A point dominates another if it is better in
-    one mean and not worse in the other. The front has the points that are not
-    dominated. Noise in the means makes a front look better than it is.
+    Means have 95 % confidence intervals. A point dominates a second point if one mean
+    is better and neither mean is worse. The front contains the points that are not
+    dominated. Noise in the means makes a front look better than the true front.
 
-    If parameters are sampled, the listed ones become colours and panels, each with a
-    separate front. Else all points compete, unless `by` divides them.
+    If parameters are sampled, the listed parameters become colours and panels, each
+    with a separate front. Otherwise all points compete, unless `by` divides the points.
 
     Parameters
     ----------
     study : Results
     first, second : str, optional
-        Metrics with their directions: `coverage+` asks for high values, `coverage_cv-`
-        for low ones. By default they are the first two objectives of a search. Else
-        they are the first metric whose high values are better, and the first whose low
-        values are better.
+        Metrics with directions: `coverage+` prefers high values, `coverage_cv-` low
+        values. By default the first two objectives of a search; otherwise the first
+        metric with better high values, and the first with better low values.
     by : str, optional
-        Parameter whose values become colours.
+        Parameter of the colours.
     over : {"last", "half"}, default "last"
-        Use the last frame of each trial, or the mean over its second half. Applies to
-        metrics that are named.
+        Use the last frame of each trial, or the mean over the second half. Applies to
+        named metrics only.
 
     Returns
     -------
@@ -103,23 +102,23 @@ def pareto_layout(
     *,
     by: str | None,
 ) -> Pareto:
-    """Return the layout of `pareto_figure`, or raise its ChoiceError.
+    """Return the layout of `pareto_figure`, or raise ChoiceError.
 
     Parameters
     ----------
     study : Results
     metrics : list of str
-        Two columns of the trials, each with its direction; if empty, the default ones.
+        Two columns of the trials, each with a direction; if empty, the default metrics.
     by : str or None
-        Parameter whose values become colours.
+        Parameter of the colours.
     """
     selection = select(study)
     if not metrics:
         metrics = opposed_metrics(study)
     if len(metrics) != 2:
         raise ChoiceError(
-            f"needs two metrics and has {len(metrics)}; say"
-            " which and which way is better, for example"
+            f"needs two metrics and has {len(metrics)};"
+            " name two metrics with directions, for example"
             f" {' '.join(f'{name}+' for name in study.metrics[:2])}",
             study.name,
             "pareto",
@@ -133,7 +132,7 @@ def pareto_layout(
         )
     if len(selection.points) < 2:
         raise ChoiceError(
-            "needs points to compare, and there is one", study.name, "pareto"
+            "needs at least two points; the study has one", study.name, "pareto"
         )
     dividing = (
         selection.apart(selection.sampled)
@@ -193,8 +192,8 @@ def _panel(axes: Axes, layout: Pareto, table: pd.DataFrame) -> None:
             markeredgewidth=0,
             rasterized=not few,
         )
-        # Towards better in the first, a front holds its value in the second up to the
-        # next point.
+        # Towards better values of the first metric, the front keeps the value of the
+        # second metric up to the next point.
         axes.plot(
             best[first.metric],
             best[second.metric],
@@ -248,9 +247,9 @@ def _label(selection: Selection, aim: Direction) -> str:
 def _note(layout: Pareto, table: pd.DataFrame) -> str:
     metrics = [aim.metric for aim in layout.directions]
     sizes = [len(facet.points) for facet in layout.facets]
-    drawn = "" if max(sizes) <= MOST_INTERVALS else " of those not dominated"
-    text = f"{span(sizes)} points a panel, {{n}} trials a point"
-    interval = f"means with 95 % intervals{drawn}, each for itself"
+    drawn = "" if max(sizes) <= MOST_INTERVALS else " of the front"
+    text = f"{span(sizes)} points per panel, {{n}} trials per point"
+    interval = f"means with 95 % confidence intervals{drawn}, not simultaneous"
     return layout.selection.note(text, table[f"{metrics[0]}_n"], interval, metrics)
 
 
@@ -315,7 +314,7 @@ def _marked(layout: Pareto, table: pd.DataFrame) -> pd.DataFrame:
 
 
 KIND = FigureKind(
-    "two metrics against each other, and the points that no other beats",
+    "two metrics against each other, and the Pareto front",
     ("by",),
     plan,
     marks=marks,

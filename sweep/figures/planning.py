@@ -1,6 +1,6 @@
-"""Parts of a kind of figure, which plans figures of a study and draws them later.
+"""Parts of a kind of figure, which plans and later draws figures of a study.
 
-The module of each figure has its kind, and `sweep.figures.kinds` lists all kinds.
+The module of each figure defines the kind, and `sweep.figures.kinds` lists all kinds.
 """
 
 from collections.abc import Callable
@@ -18,7 +18,7 @@ from sweep.tables import Results, StoredStudy
 class Choices(NamedTuple):
     """The metrics and parameters to draw.
 
-    A metric may have its direction, such as `coverage+`. Without metrics the objectives
+    A metric may have a direction, such as `coverage+`. Without metrics the objectives
     of a search are drawn, or else all recorded metrics. `half` takes the mean of a
     metric over the second half of a trial.
     """
@@ -30,7 +30,7 @@ class Choices(NamedTuple):
     half: bool = False
 
     def columns(self, study: Results) -> list[str]:
-        """Return the columns of the trials to draw, each with its direction, if chosen.
+        """Return the columns of the trials to draw, with directions, if chosen.
 
         Raises ChoiceError for an unknown metric.
         """
@@ -60,21 +60,21 @@ class FigureKind(NamedTuple):
 
     Attributes
     ----------
-    text
-        The contents of its figures, for help.
-    takes
-        The choices that the kind takes: some of "by", "x" and "y".
-    plan
-        A function that plans the figures of a study. It draws nothing, and raises
-        ChoiceError if the kind does not suit the study. It takes a `StoredStudy`, and
-        any `Results` if the kind is `of_several`.
-    of_search
+    text : str
+        Contents of the figures, for help.
+    takes : tuple of str
+        Choices that the kind takes: some of "by", "x" and "y".
+    plan : callable
+        Function that plans the figures of a study, without drawing. The function raises
+        ChoiceError if the kind does not suit the study. The argument is a
+        `StoredStudy`, or any `Results` if the kind is `of_several`.
+    of_search : bool, default False
         True if a figure shows a whole search.
-    of_several
+    of_several : bool, default False
         True if a figure can show several joined studies, see `sweep.tables.joined`.
-    marks
-        A function that returns the figure of one metric, or of two, as plain data.
-    of_precision
+    marks : callable, optional
+        Function that returns the figure of one or two metrics as plain data.
+    of_precision : bool, default False
         True if a figure shows the precision of numbers in place of the numbers.
     """
 
@@ -105,7 +105,7 @@ class FigureKind(NamedTuple):
         return self.plan(study, choices)
 
     def suits(self, study: Results, choices: Choices) -> str:
-        """Return why this kind does not suit a study, "" if it suits.
+        """Return why this kind does not suit a study, or "" if the kind suits.
 
         Parameters
         ----------

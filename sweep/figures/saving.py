@@ -1,4 +1,4 @@
-"""Figures as files with their study and its trials in the metadata."""
+"""Files of figures, with the study and the trials in the metadata."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -27,16 +27,16 @@ def save(
     formats: Sequence[str] = BOTH,
     below: Path | None = None,
 ) -> list[Path]:
-    """Write a figure to files, which are byte-identical for the same input.
+    """Write a figure to files, which are byte-identical for identical input.
 
-    Each file appears by one rename. The PNG comes last, so that its metadata hold for
-    the other files too.
+    Each file appears by one rename. The PNG is written last, so that the metadata of
+    the PNG are valid for all files.
 
     Parameters
     ----------
     figure : Figure
     path : Path
-        Path of the files without their endings.
+        Path of the files without extensions.
     metadata : mapping of str to str, optional
         Text chunks of a PNG, subject and keywords of a PDF, description of an SVG.
     watermark : str, default ""
@@ -61,7 +61,7 @@ def save(
         _mark(figure, watermark)
     files = {name: path.with_name(f"{path.name}.{name}") for name in formats}
     for name in sorted(files, key=lambda name: name == "png"):
-        # The style has the salt of the ids in an SVG, and the dots an inch.
+        # The style sets the salt of ids in an SVG, and the dots per inch.
         with unfinished(files[name], below) as file, style.context(STYLE):
             _show_texts_as_they_are(figure)
             figure.savefig(file, format=name, metadata=_in_format(name, metadata or {}))
@@ -71,8 +71,8 @@ def save(
 def about_study(study: Results) -> dict[str, str]:
     """Return the metadata of figures of a study.
 
-    They are its name, hashes of its spec and kernels, the number of done trials, and
-    the conditions that selected trials.
+    The metadata are the name, hashes of the spec and the kernels, the number of done
+    trials, and the conditions that selected trials.
     """
     parts = stored_parts(study)
     metadata = {
@@ -91,9 +91,9 @@ def _hash(study: StoredStudy) -> str:
 
 
 def saved_about(path: Path) -> dict[str, str]:
-    """Return the metadata of the PNG that `save` wrote at a path without its ending.
+    """Return the metadata of the PNG that `save` wrote at a path without extension.
 
-    Empty if the PNG is missing or damaged, or the PDF next to it is missing.
+    The result is empty if the PNG is missing or damaged, or the PDF is missing.
     """
     from PIL import Image
 
@@ -112,9 +112,9 @@ def saved_about(path: Path) -> dict[str, str]:
 
 
 def _show_texts_as_they_are(figure: Figure) -> None:
-    """Keep matplotlib from reading mathematics in texts, which may quote any file.
+    """Keep matplotlib from reading mathematics in strings, which may quote any file.
 
-    Numbers at ticks may need mathematics, so `words` makes the texts at ticks.
+    Numbers at ticks may need mathematics, so `words` escapes the names at ticks.
     """
     for text in figure.findobj(Text):
         if (

@@ -25,10 +25,10 @@ LETTERS_OF_TICKS = 20
 
 
 def places(selection: Selection, name: str, column: "pd.Series[float]") -> Floats:
-    """Return the places of values of a parameter on its axis.
+    """Return the positions of values of a parameter on an axis.
 
-    Numbers are their own places. Values without a scale have the places 0, 1, ...;
-    strings are in the order of the spec.
+    The position of a number is the number. Values without a scale have the positions 0,
+    1, ...; strings are in the order of the spec.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def places(selection: Selection, name: str, column: "pd.Series[float]") -> Float
     name : str
         Name of the parameter.
     column : Series
-        Values of the parameter, one per place.
+        Values of the parameter.
     """
     if has_scale(selection.points[name]):
         return np.asarray(column, np.float64)
@@ -47,9 +47,9 @@ def places(selection: Selection, name: str, column: "pd.Series[float]") -> Float
 def is_logarithmic(selection: Selection, name: str) -> bool:
     """Return True if a logarithmic axis suits a parameter better than a linear one.
 
-    It suits values that the spec samples or spaces logarithmically. It also suits
-    listed values over a decade or more, if their ratios are more even than their
-    differences.
+    A logarithmic axis suits values that the spec samples or spaces logarithmically. A
+    logarithmic axis also suits listed values over a decade or more, if the ratios are
+    more even than the differences.
     """
     if not has_scale(selection.points[name]):
         return False
@@ -75,8 +75,8 @@ def is_logarithmic(selection: Selection, name: str) -> bool:
 def cell_edges(values: Floats, *, logarithmic: bool = False) -> Floats:
     """Return the edges (k + 1,) of cells around k ascending values.
 
-    Inner edges are half-way between two values. The outer edges are as far beyond the
-    outer values as the edges next to them are inside.
+    Inner edges are half-way between two values. An outer value has equal distances from
+    the inner and the outer edge of the cell.
     """
     at = np.log(values) if logarithmic else np.asarray(values, np.float64)
     if len(at) == 1:
@@ -115,8 +115,9 @@ def label_setting(
 ) -> None:
     """Set the label, the scale and the ticks of an axis of a parameter.
 
-    The label has the name and the unit. Values without a scale get their names. Listed
-    values get ticks: all of them, or every second, third and so on, as many as fit.
+    The label has the name and the unit. Ticks of values without a scale are names.
+    Listed values get ticks: all values, or every second, third and so on, as many as
+    fit.
 
     Parameters
     ----------
@@ -150,7 +151,7 @@ def label_setting(
 
 
 def _apart(ticks: list[float], names: list[str], *, logarithmic: bool) -> list[str]:
-    """Return the names of ticks on a panel, "" for one that would overlap the last."""
+    """Return the names of ticks on a panel, "" for a name that would overlap."""
     at = np.log(ticks) if logarithmic else np.array(ticks)
     letters = LETTERS_OF_TICKS * (at - at[0]) / (at[-1] - at[0] or 1.0)
     shown = list[str]()
@@ -163,7 +164,7 @@ def _apart(ticks: list[float], names: list[str], *, logarithmic: bool) -> list[s
 
 
 def _that_fit(values: list[float], *, side_by_side: bool) -> list[float]:
-    """Return every k-th of ascending values, with the least k whose ticks fit."""
+    """Return every k-th of ascending values, with the smallest k so that ticks fit."""
     for every in range(1, len(values)):
         chosen = values[::every]
         letters = sum(len(f"{value:g}") + 1 for value in chosen)
@@ -182,7 +183,7 @@ def _crowded(names: Sequence[str]) -> bool:
 def _document(spec: str) -> object:
     """Read a stored spec as plain values.
 
-    Raises SpecError for text that is not a spec: anyone may have written the store.
+    Raises SpecError for a string that is not a spec, since a store may be untrusted.
     """
     return parse_document(spec, Path("the stored spec")).value
 

@@ -1,6 +1,6 @@
 """A metric against each parameter that varies: means of points.
 
-Few points have confidence intervals.
+Means have confidence intervals if a panel has few points.
 """
 
 from functools import partial
@@ -48,16 +48,15 @@ from sweep.spec import Column, Over, column_over
 from sweep.tables import Results
 
 MOST_INTERVALS = 60
-"""The most points of a panel that have intervals; more points are dots."""
+"""The most points of a panel with confidence intervals; more points are dots."""
 LARGEST_SHIFT = 0.3
-"""The largest shift of points of one value, as a fraction of the distance to the next.
-"""
+"""Largest shift of points of equal value, as a fraction of the gap between values."""
 PARTS = (0.01, 0.03)
 """The bounds of the largest shift, as fractions of the width of an axis of numbers."""
 
 
 class Panel(NamedTuple):
-    """A panel: the parameter on its x axis, and its points."""
+    """A panel: the parameter on the x axis, and the points."""
 
     name: str
     facet: Facet
@@ -85,9 +84,9 @@ def scatter_figure(
 ) -> Figure:
     """Draw the mean of a metric at all points against parameters.
 
-    In a panel of up to 60 points means have 95 % confidence intervals. Titles give
-    Spearman's correlation over the points with its interval. Listed parameters that are
-    on no axis become colours and panels.
+    In a panel of up to 60 points means have 95 % confidence intervals. Titles show
+    Spearman's correlation over the points, with a confidence interval. Listed
+    parameters that are on no axis become colours and panels.
 
     Parameters
     ----------
@@ -95,12 +94,12 @@ def scatter_figure(
     metric : str
     x : str, optional
         Parameter of the x axis; by default each sampled parameter has a panel, or else
-        each listed one.
+        each listed parameter.
     by : str, optional
-        Parameter whose values become colours; by default the first listed one with at
-        most three values.
+        Parameter of the colours; by default the first listed parameter with at most
+        three values.
     over : {"last", "half"}, default "last"
-        Use the last frame of each trial, or the mean over its second half.
+        Use the last frame of each trial, or the mean over the second half.
 
     Returns
     -------
@@ -121,7 +120,7 @@ def scatter_layout(
     *,
     by: str | None,
 ) -> Scatter:
-    """Return the layout of `scatter_figure`, or raise its ChoiceError.
+    """Return the layout of `scatter_figure`, or raise ChoiceError.
 
     Parameters
     ----------
@@ -156,7 +155,7 @@ def scatter_layout(
         selection.axis(name, "scatter")
     if not rows:
         raise ChoiceError(
-            "needs a setting that varies, and none does", study.name, "scatter"
+            "needs a varied parameter; the study has none", study.name, "scatter"
         )
     free = [name for name in (*dividing, x) if name not in (None, colour)]
     selection.allow(
@@ -228,7 +227,7 @@ def _size(panels: list[list[Panel]]) -> tuple[float, float]:
 
 
 def _panel(axes: Axes, layout: Scatter, panel: Panel, table: pd.DataFrame) -> list[str]:
-    """Draw the points of a panel. Return the rank correlations for its title."""
+    """Draw the points of a panel, and return the rank correlations for the title."""
     selection, metric, by, _ = layout
     groups = selection.values(by) if by else [None]
     few = table[metric].notna().sum() <= MOST_INTERVALS
@@ -265,10 +264,10 @@ def _panel(axes: Axes, layout: Scatter, panel: Panel, table: pd.DataFrame) -> li
 def _side_by_side(
     selection: Selection, name: str, table: pd.DataFrame
 ) -> "pd.Series[float]":
-    """Return the places of points on the axis of a parameter, by their ids.
+    """Return the positions of points on the axis of a parameter, by point id.
 
-    Points of one value are side by side, in the order of `table`. So none hides the
-    interval of another.
+    Points of equal value are side by side, in the order of `table`, so that no interval
+    is hidden.
     """
     at = pd.Series(places(selection, name, table[name]), table.index)
     if at.is_unique:
@@ -333,14 +332,14 @@ def _note(layout: Scatter, table: pd.DataFrame, *, correlated: bool) -> str:
         for panel in row
     ]
     some = min(sizes) <= MOST_INTERVALS
-    drawn = "mean with 95 % interval" if some else ""
+    drawn = "mean with 95 % confidence interval" if some else ""
     text = (
-        f"{span(sizes)} points a panel, {{n}} trials a"
+        f"{span(sizes)} points per panel, {{n}} trials per"
         f" point{'' if some else ', each the mean'}"
     )
     correlation = (
         "\n\N{GREEK SMALL LETTER RHO}:"
-        " Spearman's rank correlation over the points, with 95 % interval"
+        " Spearman's rank correlation over the points, with 95 % confidence interval"
     )
     return selection.note(
         text,
@@ -364,7 +363,7 @@ def plan(study: Results, choices: Choices) -> list[Planned]:
 def marks(study: Results, choices: Choices) -> FigureMarks:
     """Return the figure of the first metric as marks.
 
-    Lines join them if the values of all parameters on x axes are listed numbers.
+    Lines join the marks if the values of all parameters on x axes are listed numbers.
     """
     metric = choices.plain(study)[0]
     layout = scatter_layout(study, metric, choices.x, by=choices.by)
@@ -401,5 +400,5 @@ def _marked(layout: Scatter, panel: Panel, table: pd.DataFrame) -> MarkedPanel:
 
 
 KIND = FigureKind(
-    "a metric against each setting", ("by", "x"), plan, of_several=True, marks=marks
+    "a metric against each parameter", ("by", "x"), plan, of_several=True, marks=marks
 )

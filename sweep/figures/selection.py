@@ -1,4 +1,4 @@
-"""Selection of the trials that a figure shows, and roles of its parameters.
+"""Selection of the trials that a figure shows, and roles of the parameters.
 
 Parameters that vary become axes, colours and panels. A figure averages over replicates
 only. If no room is left for a parameter that varies, the user must choose fewer points.
@@ -21,7 +21,7 @@ from sweep.text import unknown
 MOST_PANELS = 12
 MOST_COLOURS = 7
 FARTHEST = 1e150
-"""The largest place on an axis: its square is finite, with a margin for matplotlib."""
+"""Largest position on an axis; the square is finite, with a margin for matplotlib."""
 MOST_NAMED = 30
 """The most values of a parameter without a scale that have room on an axis."""
 MOST_BY_DEFAULT = 3
@@ -29,7 +29,7 @@ MOST_BY_DEFAULT = 3
 
 
 class Facet(NamedTuple):
-    """A panel of a figure: the common parameters of its points in words, and ids."""
+    """A panel of a figure: common parameters of the points in words, and point ids."""
 
     title: str
     points: "pd.Index[str]"
@@ -41,19 +41,20 @@ class Selection:
 
     Attributes
     ----------
-    study
+    study : Results
         A study with only these trials.
-    points
-        One row per point with a stored trial, by its id. The columns are the parameters
+    points : DataFrame
+        A row per point with a stored trial, by point id. The columns are the parameters
         that differ between these points.
-    designed
-        The same columns for all points of the spec. They decide the roles of
-        parameters, so that a figure keeps its form while trials run.
-    sampled
+    designed : DataFrame
+        Rows for all points of the spec, with the columns of `points`. The rows decide
+        the roles of parameters, so that the form of a figure is constant while trials
+        run.
+    sampled : list of str
         Parameters that an axis of the spec samples.
-    listed
-        Parameters with listed values, fewest values first. A value that follows from
-        others, such as the width of a map, is in neither list.
+    listed : list of str
+        Parameters with listed values, fewest values first. A parameter that follows
+        from listed values, such as the width of a map, is in neither list.
     """
 
     study: Results
@@ -78,10 +79,10 @@ class Selection:
         return self.planned - int(self.study.done.sum())
 
     def table(self, metrics: Sequence[str]) -> pd.DataFrame:
-        """Return the parameters and the means of metrics of each point, by its id.
+        """Return the parameters and the means of metrics of each point, by point id.
 
         Each metric has the columns mean, _low, _high, _n and _undefined; `not_done` is
-        another column. The confidence interval depends on the distribution of the
+        a further column. The confidence interval depends on the distribution of the
         metric. A metric that decided the number of trials of a point has the repeated
         confidence interval.
         """
@@ -100,7 +101,7 @@ class Selection:
         if name in self.study.headings and (gap := untried(self.study)):
             why = f"{name} has one value at all points with a trial; {gap}"
         else:
-            why = unknown("varied setting", name, self.points.columns)
+            why = unknown("varied parameter", name, self.points.columns)
         raise ChoiceError(why, self.study.name)
 
     def axis(self, name: str, kind: str) -> str:
@@ -131,7 +132,7 @@ class Selection:
         """Return the listed parameters to show next to `shown`, to keep points apart.
 
         The parameters that the study always keeps apart are first, also if the points
-        differ in others.
+        differ in further parameters.
         """
         chosen = [
             name
@@ -166,7 +167,7 @@ class Selection:
         ] or mixed
 
     def facets(self, names: Sequence[str]) -> list[Facet]:
-        """Return one panel per combination of values of these parameters, in order."""
+        """Return a panel per combination of values of these parameters, in order."""
         if not names:
             return [Facet("", self.points.index)]
         order = {
@@ -187,13 +188,13 @@ class Selection:
     def colour(
         self, by: str | None, available: Sequence[str], shown: Sequence[str]
     ) -> str | None:
-        """Return the parameter whose values become colours, if any.
+        """Return the parameter of the colours, if any.
 
         Parameters
         ----------
         by : str or None
-            Parameter that the user has chosen; by default the first available one with
-            few values.
+            Parameter that the user has chosen; by default the first available parameter
+            with few values.
         available : sequence of str
             Parameters that may become colours.
         shown : sequence of str
@@ -223,12 +224,12 @@ class Selection:
         return by
 
     def panels(self, names: Sequence[str], kind: str) -> list[Facet]:
-        """Return `facets` if they are not too many.
+        """Return `facets`, unless there are too many panels.
 
         Parameters
         ----------
         names : sequence of str
-            Parameters whose values become panels.
+            Parameters of the panels.
         kind : str
             Kind of the figure, for the error.
 
@@ -251,11 +252,11 @@ class Selection:
         panels : int
             Number of panels.
         names : sequence of str
-            Parameters whose values become panels.
+            Parameters of the panels.
         kind : str
             Kind of the figure.
         remedy : str, default ""
-            How to get fewer panels; by default an example of `where`.
+            Advice for fewer panels; by default an example of `where`.
         """
         if panels > MOST_PANELS:
             numbers = " and ".join(
@@ -289,10 +290,11 @@ class Selection:
     ) -> str:
         """Return the note of a figure.
 
-        The note has the study, the conditions of `where`, `text`, the number of trials
-        that are not done and of points without a trial, and the fixed parameters in
-        which several studies differ. It tells which fraction of the done trials has no
-        value of a metric, and which metrics rest on few skewed values.
+        The note states the study, the conditions of `where`, and `text`. The note
+        counts trials that are not done and points without a trial. For several studies,
+        the note lists the fixed parameters that differ. The note also reports the
+        fraction of done trials without a value of a metric, and metrics with few skewed
+        values.
 
         Parameters
         ----------
@@ -305,9 +307,10 @@ class Selection:
             states that there is no interval.
         metrics : sequence of str, default ()
             Metrics with this interval. The note names metrics that decided the number
-            of trials of a point, because their intervals are repeated ones.
+            of trials of a point, because the intervals of such metrics are repeated
+            confidence intervals.
         shown : sequence of str, default ()
-            Other metrics that are shown.
+            Further metrics in the figure.
         """
         known = [int(count) for count in counts]
         if max(known, default=0) < 2:
@@ -319,8 +322,8 @@ class Selection:
             and (chosen := [name for name in metrics if name in self.study.repeated])
         ):
             interval += (
-                f"; that of {', '.join(chosen)}, which chose the trials:"
-                f" repeated {100 * looks.confidence:g} %"
+                f"; {', '.join(chosen)} decided the number of trials:"
+                f" repeated {100 * looks.confidence:g} % confidence interval"
             )
         text += f", {interval}" if interval else ""
         settings = [named([setting]) for setting in self.study.chosen.items()]
@@ -345,7 +348,7 @@ class Selection:
             name for name in (*metrics, *shown) if interval and name in self.trials
         ]
         few = few_skewed(self.study, dict.fromkeys(drawn, known))
-        differ = f"; they differ in {apart}" if apart else ""
+        differ = f"; the studies differ in {apart}" if apart else ""
         facts = f"{text.format(n=span(known))}{missing}{undefined}{differ}"
         apart_notes = "; ".join(self.study.apart_notes)
         lines = [f"{self.study.name}{place}: {facts}", apart_notes, few]
@@ -366,14 +369,14 @@ class Selection:
 
 
 def select(study: Results) -> Selection:
-    """Return the points of a study with a stored trial, and their parameters.
+    """Return the points of a study with a stored trial, and the parameters.
 
-    Parts over which nothing is averaged, such as phases of a search, are kept apart.
-    Raises ChoiceError if no trial is done.
+    Parts that are never averaged, such as phases of a search, are kept apart. Raises
+    ChoiceError if no trial is done.
     """
     study = keep_apart(study)
     if not study.done.any():
-        selected = " there" if study.restricted else ""
+        selected = " in the selection" if study.restricted else ""
         raise ChoiceError(
             f"no trial is done{selected}, so there is nothing to draw", study.name
         )
@@ -401,7 +404,7 @@ def recorded(study: Results, metric: str) -> str:
 
 
 def is_number(column: "pd.Series[float]") -> bool:
-    """Return True for a parameter with numbers, and not strings or booleans."""
+    """Return True for a parameter with numbers, not with strings or booleans."""
     return pd.api.types.is_numeric_dtype(column) and not pd.api.types.is_bool_dtype(
         column
     )
@@ -416,7 +419,7 @@ def has_scale(column: "pd.Series[float]") -> bool:
 
 
 def _kinds(study: Results, points: pd.DataFrame) -> tuple[list[str], list[str]]:
-    """Return the sampled parameters, and the listed ones, fewest values first."""
+    """Return the sampled parameters, and the listed parameters, fewest values first."""
     axes = study.axes.values()
     drawn = {setting for axis in axes if axis.sampler for setting in axis.settings}
     listed = {setting for axis in axes if not axis.sampler for setting in axis.settings}

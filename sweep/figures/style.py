@@ -1,7 +1,8 @@
 """The style of all figures: style sheet, colours, markers.
 
-Each figure names its units, its interval and its number of trials. The colours are
-those of Okabe and Ito, which people with any form of colour vision can tell apart.
+Each figure states the units, the kind of confidence interval and the number of trials.
+The colours are from Okabe and Ito, and can be distinguished with any form of colour
+vision.
 """
 
 import re
@@ -15,7 +16,7 @@ from sweep.tables import StoredStudy
 
 STYLE = Path(__file__).parent / "house.mplstyle"
 NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
-"""The form of names of figures and claims of a study: they become files and links."""
+"""The form of names of figures and claims of a study, which become files and links."""
 LINE_STYLES = ("-", "--", "-.", ":", (0, (3, 1, 1, 1, 1, 1)), (0, (6, 2)))
 BLUE = "#0072B2"
 VERMILION = "#D55E00"
@@ -29,10 +30,10 @@ GREY = "0.35"
 
 
 class Drawing(NamedTuple):
-    """A figure of the figures.py of a study.
+    """A figure in the file figures.py of a study.
 
-    `draw` gets the stored studies by the names of their specs. `specs` are the names of
-    the specs that it needs. `text` is a caption of one line.
+    `draw` takes the stored studies by the names of the specs. `specs` are the names of
+    the required specs. `text` is a caption of one line.
     """
 
     draw: Callable[[dict[str, StoredStudy]], Figure]

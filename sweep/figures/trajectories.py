@@ -36,14 +36,14 @@ Floats = NDArray[np.float64]
 
 MOST_TRIALS = 4
 BOID = 0.022
-"""The length of the triangle of a boid, as a fraction of the width of its map."""
+"""The length of the triangle of a boid, as a fraction of the width of the map."""
 BOIDS = "0.1"
 """The colour of boids without a kind."""
 FADING = 3
 
 
 class Trajectories(NamedTuple):
-    """The contents of a figure of trajectories: one panel per trial.
+    """The contents of a figure of trajectories: a panel per trial.
 
     Each trial has the facet of its point.
     """
@@ -57,10 +57,10 @@ def trajectories_figure(
 ) -> Figure:
     """Draw the trajectories of up to four trials.
 
-    They are the first trial of each point, or the first few trials of one or two
-    points. Trails fade from the last recorded frame back to the first. Triangles are
-    the boids in the last frame. Each kind of boids has a colour. Obstacles are grey,
-    and a goal that a rule seeks is a cross.
+    The figure shows the first trial of each point, or the first few trials of one or
+    two points. Trails fade from the last recorded frame back to the first. Triangles
+    are the boids in the last frame. Each kind of boids has a colour. Obstacles are
+    grey, and a goal that a rule seeks is a cross.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def trajectories_figure(
 def trajectories_layout(
     study: StoredStudy,
 ) -> Trajectories:
-    """Return the layout of `trajectories_figure`, or raise its ChoiceError."""
+    """Return the layout of `trajectories_figure`, or raise ChoiceError."""
     selection = select(study)
     if (
         "vx"
@@ -90,7 +90,8 @@ def trajectories_layout(
         ).column_names
     ):
         raise ChoiceError(
-            "has no trajectories; record: {trajectories: true} keeps them", study.name
+            "has no trajectories; record: {trajectories: true} stores trajectories",
+            study.name,
         )
     names = [*selection.apart(selection.sampled), *selection.sampled]
     facets = selection.facets(names)
@@ -121,7 +122,7 @@ def draw_trajectories(layout: Trajectories) -> Figure:
     with style.context(STYLE):
         across = min(2, len(trials))
         down = -(-len(trials) // across)
-        # Not from their rows, which nobody has checked.
+        # Not from the rows of the trials, which are not checked.
         worlds = [stored.world(row["trial_id"]) for _, row in trials]
         height = max(world.height / world.width for world in worlds)
         width = 4.8 if across == 1 else 7.2
@@ -149,7 +150,7 @@ def draw_trajectories(layout: Trajectories) -> Figure:
         _legend(figure, dict.fromkeys(kind for world in worlds for kind in world.kinds))
         goal = "; cross: goal" if any(world.goals for world in worlds) else ""
         text = (
-            "one trial a panel, of {n} that are done;"
+            "one trial per panel, of {n} that are done;"
             f" frames 0 to {span(frames)}{goal}"
         )
         note(
@@ -168,7 +169,7 @@ def _panel(
     title: list[str],
     across: int,
 ) -> int:
-    """Draw a trial. Return its last frame."""
+    """Draw a trial, and return the last frame."""
     frames, states = study.trajectory(trial["trial_id"])
     world = world.at(int(frames[-1]))
     draw_map(axes, world, unit, downwards=world.y_down)
@@ -202,7 +203,7 @@ def _panel(
 
 
 def _widen(axes: Axes, places: Floats, size: tuple[float, float]) -> None:
-    """Extend the limits to boids outside the world, if any, and draw its border."""
+    """Extend the limits to boids outside the world, if any, and draw the border."""
     low = np.minimum(places.min(axis=(0, 2)), 0.0)
     high = np.maximum(places.max(axis=(0, 2)), size)
     if (low < 0.0).any() or (high > size).any():
@@ -237,7 +238,7 @@ def _legend(figure: Figure, kinds: Iterable[str]) -> None:
 def _trails(
     axes: Axes, places: Floats, size: tuple[float, float], colour: str | list[str]
 ) -> None:
-    """Draw the paths of boids, positions (F, 2, N), in one colour or one per boid.
+    """Draw the paths of boids, positions (F, 2, N), in one colour or a colour per boid.
 
     Jumps across a periodic border are left out.
     """
@@ -275,4 +276,4 @@ def plan(study: StoredStudy, _: Choices) -> list[Planned]:
     ]
 
 
-KIND = FigureKind("flights of a few trials", (), plan)
+KIND = FigureKind("trajectories of a few trials", (), plan)

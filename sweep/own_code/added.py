@@ -12,12 +12,12 @@ from sweep.own_code.sources import Sources, gather
 def with_files(
     code: OwnCode | None, spec: Path, files: Sequence[Path]
 ) -> tuple[OwnCatalogue, list[str]]:
-    """Return a catalogue of stored code with further files. It runs the code.
+    """Return a catalogue of stored code with further files. The code runs.
 
     Parameters
     ----------
     code : OwnCode or None
-        Code of the study; None where it has no custom code yet.
+        Code of the study; None for a study without custom code.
     spec : Path
         File of the spec. The folder of the code is relative to its folder.
     files : sequence of Path
@@ -32,7 +32,7 @@ def with_files(
     Raises
     ------
     CodeError
-        If a file is missing, lies outside the folder, or is in the code with another
+        If a file is missing, is outside the folder, or is in the code with another
         text; or if the code cannot be used.
     """
     folder = spec.parent / (code.folder if code else ".")
@@ -41,8 +41,8 @@ def with_files(
     for file, text in (new := gather(folder, names)).files:
         if texts.get(file, text) != text:
             raise CodeError(
-                f"{folder / file} is not as it was when the study was launched: write"
-                " new metrics into a new file"
+                f"{folder / file} has changed since the study was launched: write new"
+                " metrics into a new file"
             )
     joined = Sources(tuple(sorted({**texts, **new.texts}.items())))
     named = dict.fromkeys(names) | (dict(code.named) if code else {})
@@ -58,7 +58,7 @@ def _inside(folder: Path, file: Path) -> str:
         raise CodeError(f'there is no file "{file}"')
     if not absolute.is_relative_to(folder.resolve()):
         raise CodeError(
-            f"{file} lies outside {folder}, where the spec of the study and its code"
-            " lie: copy it there, so that the spec can name it"
+            f"{file} is outside {folder}, the folder of the spec and of the code: copy"
+            " the file there, so that the spec can name it"
         )
     return absolute.relative_to(folder.resolve()).as_posix()

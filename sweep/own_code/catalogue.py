@@ -37,7 +37,7 @@ from sweep.text import unknown
 
 T = TypeVar("T")
 CATALOGUED = ("models", "metrics", "maps", "starts")
-"""The kinds of entries that compute trials: those of a catalogue."""
+"""The kinds of entries that compute trials, which a catalogue has."""
 REGISTRIES: dict[str, Registry[Any]] = {
     kind: getattr(BUILT_IN, kind) for kind in CATALOGUED
 } | {"samplers": SAMPLERS}
@@ -48,12 +48,12 @@ COMMON = {name for _, group in GROUPS for name in group._fields}
 
 @dataclass(frozen=True)
 class OwnCode:
-    """The custom code of a spec: its files, with all imported files, and modules.
+    """The custom code of a spec: named files, all imported files, and modules.
 
     Attributes
     ----------
     sources : Sources
-        Files that the spec names, and the files that they import.
+        Files that the spec names, and all imported files.
     named : tuple of (str, str or None)
         Path of each named file, or name of each module of a package; with the name of
         the model that the spec takes from it, or None.
@@ -70,7 +70,7 @@ class OwnCode:
 
     @cached_property
     def sha(self) -> str:
-        """The sha256 of the code, and of the names that are taken from it."""
+        """The sha256 of the code, and of the names that a spec takes from the code."""
         more = [self.packages] if self.packages else []
         content = json.dumps([self.sources.files, self.named, *more])
         return hashlib.sha256(content.encode()).hexdigest()
@@ -91,7 +91,7 @@ class OwnCode:
 
 
 class _Joined(Mapping[str, T]):
-    """Built-in entries and custom entries. The custom ones come first in a look-up."""
+    """Built-in entries and custom entries. Custom entries come first in a look-up."""
 
     def __init__(self, ours: Mapping[str, T], own: Mapping[str, T]) -> None:
         self._ours = ours
@@ -111,7 +111,7 @@ class _Joined(Mapping[str, T]):
 
 
 class _JoinedMetrics(_Joined[Metric]):
-    """Built-in and custom metrics, also of parts of the boids of these models."""
+    """Built-in and custom metrics, also of parts of the boids of `models`."""
 
     def __init__(
         self,
@@ -147,10 +147,10 @@ def _joined(known: Catalogue, own: Offered) -> list[Any]:
 
 
 def completed(known: Catalogue, stored: Mapping[str, Any]) -> Catalogue:
-    """Return the catalogue with the described entries that it lacks.
+    """Return the catalogue, completed with described entries that are missing.
 
-    Such entries are those of a package that is not installed. Raises ValueError where
-    `stored` is no description of entries.
+    An entry is missing if the package of the entry is not installed. Raises ValueError
+    if `stored` is no description of entries.
     """
     offers = described(json.dumps(stored))
     missing = nothing()
@@ -162,9 +162,10 @@ def completed(known: Catalogue, stored: Mapping[str, Any]) -> Catalogue:
 
 
 def of_packages(known: Catalogue, names: Mapping[str, Iterable[str]]) -> dict[str, Any]:
-    """Return the stored description of the entries that other packages bring.
+    """Return the stored description of the entries that come from installed packages.
 
-    It is empty where all are built in. `names` are those that a study uses, by kind.
+    The description is empty if all entries are built in. `names` are the names of the
+    entries that a study uses, by kind.
     """
     used = nothing()
     for kind, some in names.items():
@@ -219,7 +220,7 @@ class OwnCatalogue(Catalogue):
         kind : str
             Kind of the entry, such as ``models``.
         name : str
-            Its name in the catalogue. A built-in entry is written by that name.
+            Name in the catalogue. A built-in entry is written by that name.
         """
         origin = self.origins.get((kind, name))
         if origin is None:
@@ -237,21 +238,21 @@ class OwnCatalogue(Catalogue):
 
     @property
     def samplers(self) -> Mapping[str, Sampler]:
-        """All samplers of points, with the custom ones."""
+        """All samplers of points, built-in and custom."""
         return _Joined(SAMPLERS, self.own.samplers)
 
     @cached_property
     def description(self) -> dict[str, Any]:
-        """Stored description of its entries, ready for JSON."""
+        """Stored description of the custom entries, ready for JSON."""
         return description(self.own)
 
 
 def loaded(code: OwnCode) -> OwnCatalogue:
     """Return the catalogue with the entries of the code.
 
-    It runs the code, once per process: the same code gives the same object. Raises
-    CodeError, which names the file, for an entry that cannot be used, and for a name
-    that is taken already.
+    The code runs once per process; a second call with equal code returns the first
+    object. Raises CodeError, which names the file, for an entry that cannot be used,
+    and for a name that is taken already.
     """
     with _LOCK:
         return _loaded(code)
@@ -289,7 +290,7 @@ def _offers_of(code: OwnCode, file: str, model: str | None) -> Offered:
 
 @contextmanager
 def _of_file(file: str) -> Iterator[None]:
-    """Let errors name the file of the spec that they are about."""
+    """Add the file of the spec to the message of an error."""
     try:
         yield
     except CodeError as error:
@@ -297,7 +298,7 @@ def _of_file(file: str) -> Iterator[None]:
 
 
 def check_free(file: str, kind: str, name: str) -> None:
-    """Raise CodeError where a name is taken without any custom code.
+    """Raise CodeError if a name is taken without any custom code.
 
     Parameters
     ----------
@@ -312,21 +313,21 @@ def check_free(file: str, kind: str, name: str) -> None:
         origin = REGISTRIES[kind].origins.get(name)
         whose = f"of {origin}" if origin else "built in"
         raise CodeError(
-            f'{file}: the {kind[:-1]} "{name}" is {whose}: one of your own needs'
-            " another name"
+            f'{file}: the {kind[:-1]} "{name}" is {whose}: give the custom'
+            f" {kind[:-1]} another name"
         )
     if kind == "metrics" and name in COMMON:
-        raise CodeError(f'{file}: there is a setting "{name}" already')
+        raise CodeError(f'{file}: there is a parameter "{name}" already')
 
 
 def _enter(
     kind: str, name: str, file: str, origins: dict[tuple[str, str], str]
 ) -> None:
-    """Note the file of a name. Raises CodeError where the name is taken."""
+    """Note the file of a name. Raises CodeError if the name is taken."""
     check_free(file, kind, name)
     earlier = origins.setdefault((kind, name), file)
     if earlier != file:
-        raise CodeError(f'{file}: {earlier} has a {kind[:-1]} "{name}" too')
+        raise CodeError(f'{file}: {earlier} also has a {kind[:-1]} "{name}"')
 
 
 def _check_model(file: str, name: str, known: OwnCatalogue) -> None:
@@ -338,8 +339,8 @@ def _check_model(file: str, name: str, known: OwnCatalogue) -> None:
     settings = settings_of(name, known)
     for taken in settings.keys() & known.metrics.keys():
         raise CodeError(
-            f'{file}: a setting of {name} is called "{taken}", as a metric is: tables'
-            " have one column of that name"
+            f'{file}: a parameter of {name} and a metric have the name "{taken}":'
+            " tables have one column per name"
         )
     for preset in model.presets:
         values = model.preset_values(preset)
@@ -351,7 +352,7 @@ def _check_model(file: str, name: str, known: OwnCatalogue) -> None:
 
 
 def _check_sight(file: str, name: str, known: OwnCatalogue) -> None:
-    """Raise CodeError where `sight` of a model returns no Sight, or raises."""
+    """Raise CodeError if `sight` of a model returns no Sight, or raises."""
     model = known.models[name]
     settings = settings_of(name, known)
     for preset in model.presets:
@@ -364,7 +365,7 @@ def _check_sight(file: str, name: str, known: OwnCatalogue) -> None:
             raise CodeError(f"{file}: sight of {name}, {preset}: {message}") from error
         if not isinstance(sight, Sight):
             raise CodeError(
-                f"{file}: sight of {name} returns {sight!r}: it must return a Sight"
+                f"{file}: sight of {name} returns {sight!r}; allowed: a Sight"
             )
 
 
@@ -372,13 +373,13 @@ def _check_sight(file: str, name: str, known: OwnCatalogue) -> None:
 def unloaded(code: OwnCode, text: str) -> OwnCatalogue:
     """Return the catalogue of stored code, which does not run.
 
-    Its entries are those of a stored description, `text`, in JSON. Their functions
-    raise CodeError. Raises ValueError where the text describes no entries.
+    The entries are read from a stored description, `text`, in JSON. All functions
+    of entries raise CodeError. Raises ValueError if the text describes no entries.
     """
     own = described(text)
     for kind, entries in own._asdict().items():
         if taken := entries.keys() & REGISTRIES[kind].keys():
-            raise ValueError(f"it has {kind} of the names {', '.join(taken)} as we do")
+            raise ValueError(f"built-in {kind} have the names {', '.join(taken)}")
     catalogue = OwnCatalogue(code, own)
     try:
         for kind, entries in own._asdict().items():
@@ -387,5 +388,5 @@ def unloaded(code: OwnCode, text: str) -> OwnCatalogue:
         for name in own.models:
             _check_model("it", name, catalogue)
     except (CodeError, TypeError, KeyError, AttributeError) as error:
-        raise ValueError(f"it describes no entries: {error}") from None
+        raise ValueError(f"the text describes no entries: {error}") from None
     return catalogue

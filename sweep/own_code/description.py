@@ -1,7 +1,7 @@
 """The stored description of custom entries, as JSON.
 
-It has parameters with units and ranges, presets, metrics and their units. With it the
-tables of a study can be read without leave to run its code.
+The description has parameters with units and ranges, presets, and metrics with units.
+The description makes the tables of a study readable without permission to run code.
 """
 
 import json
@@ -23,7 +23,7 @@ POTENTIAL = "pair_potential"
 def description(own: Offered) -> dict[str, Any]:
     """Return the description of entries, ready for JSON.
 
-    It has no samplers: the points of a study are stored.
+    The description has no samplers, because the points of a study are stored.
     """
     return {
         "models": {name: _of_model(model) for name, model in own.models.items()},
@@ -53,7 +53,7 @@ def _of_start(start: Start) -> dict[str, Any]:
 
 
 def _plain(entry: Any) -> dict[str, Any]:
-    """Return the fields of an entry that are no functions."""
+    """Return the fields of an entry, without functions."""
     return {
         name: list(value) if isinstance(value, tuple) else value
         for name, value in entry._asdict().items()
@@ -64,8 +64,8 @@ def _plain(entry: Any) -> dict[str, Any]:
 def described(text: str) -> Offered:
     """Return the entries of a description, without code.
 
-    Their functions raise CodeError. Raises ValueError where the text, which is JSON,
-    describes no entries.
+    All functions of the entries raise CodeError. Raises ValueError if the text, which
+    is JSON, describes no entries.
     """
     try:
         stored = json.loads(text)
@@ -77,12 +77,12 @@ def described(text: str) -> Offered:
             samplers={},  # points are stored
         )
     except (TypeError, KeyError, AttributeError, RecursionError) as error:
-        raise ValueError(f"it describes no entries: {error}") from None
+        raise ValueError(f"the text describes no entries: {error}") from None
 
 
 def _asleep(*_: object) -> NoReturn:
-    """Raise CodeError, in the place of a function whose code was not loaded."""
-    raise CodeError("this needs the study's own code, which was not loaded")
+    """Raise CodeError, in place of a function whose code was not loaded."""
+    raise CodeError("the custom code of the study is needed, but was not loaded")
 
 
 def _model(fields: dict[str, Any]) -> Model:
@@ -94,7 +94,7 @@ def _model(fields: dict[str, Any]) -> Model:
     potential = _asleep if fields.pop(POTENTIAL) else None
     fields["metrics"] = tuple(fields["metrics"])
     fields["kinds"] = tuple(fields["kinds"])
-    # Settings that all models have came with later versions too.
+    # Later versions added more parameters that all models have.
     presets = fields["presets"].items()
     fields["presets"] = {name: COMMON | values for name, values in presets}
     fields["vectors"] = tuple(map(tuple, fields.get("vectors", ())))
@@ -122,7 +122,7 @@ def _hint(fields: dict[str, Any]) -> Any:
 def _about(fields: dict[str, Any]) -> About:
     fields["choices"] = tuple(fields.get("choices", ()))
     if math.isnan(fields["low"]) or math.isnan(fields["high"]):
-        raise ValueError("a bound is no number")
+        raise ValueError("a bound is not a number")
     return About(**fields)
 
 

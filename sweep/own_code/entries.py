@@ -1,8 +1,8 @@
 """The entries that a file of custom code offers: a model, and tables of other entries.
 
-A file has them under fixed names: MODEL, a Model; METRICS, MAPS, STARTS and SAMPLERS,
-each a mapping from names to entries. Each is checked here, so that a spec can rely on
-it.
+The names of the tables are fixed: MODEL is a Model; METRICS, MAPS, STARTS and SAMPLERS
+are mappings from names to entries. This module checks every entry, so that a spec can
+rely on the entries.
 """
 
 import keyword
@@ -33,7 +33,7 @@ T = TypeVar("T")
 KINDS = (float, int, bool)
 MODEL = "MODEL"
 CHOICES = {"better": Better, "distribution": Distribution, "within": Range}
-"""Fields of a metric that are one of some words, and the words."""
+"""Fields of a metric with a fixed list of allowed words, and the words."""
 
 
 class Offered(NamedTuple):
@@ -81,12 +81,14 @@ def offered(module: ModuleType, file: str, model: str | None) -> Offered:
         if fields := without_stamp(entry):
             raise CodeError(
                 f"{file}: {_listed(fields)} of {name} is no function at the top of a"
-                " file: only of those can an edit be noticed"
+                " file: edits of other functions cannot be detected"
             )
         _check_functions(file, name, entry)
     for name, sampler in offers.samplers.items():
         if sampler.blocks:
-            raise CodeError(f'{file}: sampler "{name}" has blocks: only ours may')
+            raise CodeError(
+                f'{file}: sampler "{name}" has blocks: only built-in samplers may'
+            )
     for name, metric in offers.metrics.items():
         for field, choices in CHOICES.items():
             word = getattr(metric, field)
@@ -106,7 +108,7 @@ def offered(module: ModuleType, file: str, model: str | None) -> Offered:
 
 
 def wrong_range(metric: Metric) -> str:
-    """Return why `low` and `high` of a metric are no range; "" where they are one."""
+    """Return why `low` and `high` of a metric are no range; "" for a valid range."""
     low = metric.low
     high = metric.high
     if all(isinstance(end, int | float) for end in (low, high)) and low < high:
@@ -115,7 +117,7 @@ def wrong_range(metric: Metric) -> str:
 
 
 def model_of(module: ModuleType, file: str, attribute: str = MODEL) -> Model:
-    """Return the model that a module has under a name.
+    """Return the model with a given name in a module.
 
     Parameters
     ----------
@@ -135,7 +137,7 @@ def model_of(module: ModuleType, file: str, attribute: str = MODEL) -> Model:
     if not isinstance(model, Model):
         values = vars(module).items()
         names = [name for name, value in values if isinstance(value, Model)]
-        hint = f"it has {_listed(names)}" if names else "it has no Model"
+        hint = f"the file has {_listed(names)}" if names else "the file has no Model"
         raise CodeError(f"{file}: {attribute} is no Model; {hint}")
     check_name(file, "model", model.name)
     _check_settings(file, model)
@@ -146,7 +148,7 @@ def model_of(module: ModuleType, file: str, attribute: str = MODEL) -> Model:
 
 
 def table_of(module: ModuleType, file: str, name: str, kind: type[T]) -> dict[str, T]:
-    """Return the entries of a kind that a module has in a mapping.
+    """Return the entries of one kind from a mapping in a module.
 
     Parameters
     ----------
@@ -157,12 +159,12 @@ def table_of(module: ModuleType, file: str, name: str, kind: type[T]) -> dict[st
         Name of the mapping in the module, such as ``METRICS``. A module without it has
         no entries of that kind.
     kind : type
-        Type of its entries.
+        Type of the entries.
 
     Raises
     ------
     CodeError
-        If it is no such mapping, or an entry cannot have its name.
+        If `name` is no such mapping, or an entry has a name that is not allowed.
     """
     table = getattr(module, name, {})
     if not isinstance(table, Mapping):
@@ -175,7 +177,7 @@ def table_of(module: ModuleType, file: str, name: str, kind: type[T]) -> dict[st
 
 
 def check_name(file: str, kind: str, name: object) -> None:
-    """Raise CodeError where the entry of a file cannot have a name.
+    """Raise CodeError if the entry of a file may not have a name.
 
     Parameters
     ----------
@@ -188,12 +190,12 @@ def check_name(file: str, kind: str, name: object) -> None:
     """
     if not (isinstance(name, str) and NAME.fullmatch(name)) or _is_word(name):
         raise CodeError(
-            f'{file}: a {kind} cannot be called "{name}": a name has small letters,'
-            " digits and _, begins with a letter, and is no word of expressions"
+            f'{file}: a {kind} cannot be called "{name}"; allowed: small letters,'
+            " digits and _, with a letter first, but no word of expressions"
         )
     if kind == "metric" and (name.endswith(ENDINGS) or name in TAKEN):
         raise CodeError(
-            f'{file}: a metric cannot be called "{name}": tables have columns of that'
+            f'{file}: a metric cannot be called "{name}": tables have a column of that'
             " name"
         )
 
@@ -222,8 +224,8 @@ COMPILED = ("advance", "measure")
 def _check_functions(file: str, name: str, entry: Any) -> None:
     """Raise CodeError for a function that cannot be used.
 
-    It reads an undefined name, is not compiled and must be, or takes other arguments
-    than it gets.
+    Such a function reads an undefined name, is not compiled though it must be, or takes
+    the wrong number of arguments.
     """
     for field in ARGUMENTS.keys() & set(entry._fields):
         function = getattr(entry, field)
@@ -241,7 +243,7 @@ def _check_functions(file: str, name: str, entry: Any) -> None:
         taken = plain.__code__.co_argcount
         if taken != len(arguments):
             raise CodeError(
-                f"{where}, the {field} of {name}, takes {taken} arguments, and gets"
+                f"{where}, the {field} of {name}, takes {taken} arguments, but gets"
                 f" {len(arguments)}: {', '.join(arguments)}"
             )
 
@@ -253,13 +255,13 @@ def _check_settings(file: str, model: Model) -> None:
         raise CodeError(f"{file}: params of {model.name} is no NamedTuple class")
     common = {name for _, group in GROUPS for name in group._fields}
     for name, hint in get_type_hints(params, include_extras=True).items():
-        where = f'{file}: setting "{name}" of {model.name}'
+        where = f'{file}: parameter "{name}" of {model.name}'
         check_name(file, "setting", name)
         base, *extras = get_args(hint) if get_origin(hint) is Annotated else (hint,)
         if base not in KINDS or not extras or not isinstance(extras[0], About):
             raise CodeError(
-                f"{where} is written as Annotated[float, About(...)], with float, int"
-                " or bool"
+                f"{where} must be written as Annotated[float, About(...)], with float,"
+                " int or bool"
             )
         setting = extras[0]
         if setting.unit not in UNITS:
@@ -267,11 +269,13 @@ def _check_settings(file: str, model: Model) -> None:
                 f'{where} has the unit "{setting.unit}"; allowed: {_listed(UNITS)}'
             )
         if setting.choices and base is not int:
-            raise CodeError(f"{where} has choices, so it is an int: their index")
+            raise CodeError(f"{where} has choices: write int, the index of a choice")
         if name in common or name in TAKEN:
-            raise CodeError(f"{where} has a name that every model has, or every table")
+            raise CodeError(f"{where} has a name that every model or table already has")
     if "dt" not in params._fields:
-        raise CodeError(f'{file}: {model.name} has no setting "dt", the time of a step')
+        raise CodeError(
+            f'{file}: {model.name} has no parameter "dt", the time of a step'
+        )
 
 
 def _check_presets(file: str, model: Model) -> None:

@@ -1,7 +1,8 @@
 """Modules of installed packages, which a spec names by `their_package.vortex:MODEL`.
 
-Their text does not travel: a package is installed wherever its trials run. So its code
-has a hash, and a process whose package has another one refuses.
+The text of a package is not sent to workers: the package must be installed on every
+machine that runs trials. The code of a package has a hash; a process rejects a package
+with another hash.
 """
 
 import sys
@@ -29,11 +30,11 @@ class Installed(NamedTuple):
     Attributes
     ----------
     name : str
-        Name by which it is imported.
+        Name in imports.
     owner : str
-        Its distribution, as ``name version``.
+        The distribution, as ``name version``.
     sha : str
-        The sha256 of its code.
+        The sha256 of the code.
     """
 
     name: str
@@ -42,9 +43,9 @@ class Installed(NamedTuple):
 
 
 def installed_package(module: str) -> Installed:
-    """Return the package that has a module, as it is installed; nothing is imported.
+    """Return the installed package that has a module, without an import.
 
-    Raises CodeError where no package of that name is installed.
+    Raises CodeError if no package of that name is installed.
     """
     name = module.partition(".")[0]
     distribution = _providers().get(name)
@@ -65,21 +66,21 @@ def locations(package: str) -> list[Path]:
 
 
 def installed_module(module: str, package: Installed) -> ModuleType:
-    """Import a module of a package, and return it.
+    """Import a module of a package, and return the module.
 
-    Raises CodeError where the installed package has other code than `package`, where it
-    was edited since its import, and for any error of the import.
+    Raises CodeError if the installed package has other code than `package`, if the
+    package was edited after the import, and for any error of the import.
     """
     here = installed_package(module)
     if here.sha != package.sha:
         raise CodeError(
-            f"{module}: the code of {package.owner}, by which the trials are computed,"
-            f" is not that of {here.owner}, which is installed here"
+            f"{module}: the trials need the code of {package.owner}, which differs from"
+            f" the code of {here.owner}, installed here"
         )
     if _IMPORTED.setdefault(here.name, here.sha) != here.sha:
         raise CodeError(
-            f"{module}: {here.owner} was edited after this process had imported it;"
-            " begin a new process"
+            f"{module}: {here.owner} was edited after this process had imported the"
+            " package; begin a new process"
         )
     try:
         return import_module(module)

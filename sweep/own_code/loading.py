@@ -1,9 +1,9 @@
 """Modules made from sources, and imported from memory.
 
-So no file is written that could be edited, be half there, or be somebody else's.
+No file is written. So no file can be edited, incomplete, or owned by somebody else.
 
-The folder of the sources is a package whose name has their hash. So two versions of a
-file are two modules, also in one process.
+The folder of the sources is a package. Its name has the hash of the sources. So two
+versions of a file are two modules, also in one process.
 """
 
 import importlib
@@ -21,12 +21,12 @@ from sweep.errors import CodeError
 from sweep.own_code.sources import PACKAGE, Sources
 
 STAMPED_AS = "own"
-"""Name of the package in code hashes: its own name has the hash of all its files."""
+"""Name of the package in code hashes, in place of the name with a hash."""
 _LOCK = RLock()
 
 
 class _Finder(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
-    """Finder and loader of the modules of all sources that were asked for."""
+    """Finder and loader of the modules of all requested sources."""
 
     def __init__(self) -> None:
         self.known: dict[str, Sources] = {}
@@ -74,7 +74,7 @@ class _Finder(importlib.abc.MetaPathFinder, importlib.abc.InspectLoader):
 
 
 def _file(sources: Sources, inner: str) -> tuple[str | None, bool]:
-    """Return the file of a module, if it has one, and whether it is a package."""
+    """Return the file of a module, if there is one, and whether it is a package."""
     path = inner.replace(".", "/")
     if f"{path}.py" in sources.texts:
         return f"{path}.py", False
@@ -87,9 +87,9 @@ _FINDER = _Finder()
 
 
 def load(sources: Sources, file: str) -> ModuleType:
-    """Return the module of one of the sources, which runs when it is first asked for.
+    """Return the module of a source; the code runs at the first request.
 
-    Raises CodeError, with file and line, for any error of its code.
+    Raises CodeError, with file and line, for any error of the code.
     """
     with _LOCK, _explained(sources):
         if sources.package not in _FINDER.known:

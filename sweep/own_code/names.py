@@ -1,7 +1,7 @@
 """The names that functions read, checked before numba compiles them.
 
-numba would compile for seconds, and then report only where a function with a wrong name
-is called.
+Without this check numba would compile for seconds, and then report only the call of a
+function with a wrong name.
 """
 
 import builtins
@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 
 class Undefined(NamedTuple):
-    """A global name that is read and not defined, with its file and line."""
+    """A global name that is read and not defined, with file and line."""
 
     name: str
     file: str
@@ -21,17 +21,15 @@ class Undefined(NamedTuple):
 
     @property
     def words(self) -> str:
-        """The code of the line, and its mistake."""
+        """The code of the line, and the mistake."""
         code = linecache.getline(self.file, self.line).strip()
-        return (
-            f'"{code}": the name "{self.name}" stands for nothing; define or import it'
-        )
+        return f'"{code}": the name "{self.name}" is not defined; define or import it'
 
 
 def undefined(function: Callable[..., Any]) -> Iterator[Undefined]:
-    """Yield the undefined names of a function, and of compiled functions that it calls.
+    """Yield the undefined names of a function, and of all called compiled functions.
 
-    The function may be compiled or not. Functions of `kernels` are not looked at.
+    The function may be compiled or not. Functions of `kernels` are skipped.
     """
     plain = getattr(function, "py_func", function)
     return _undefined(plain, set()) if isinstance(plain, FunctionType) else iter(())

@@ -1,8 +1,8 @@
 """Initial positions and velocities of boids, from a CSV file with one row per boid.
 
-Its columns are x and y, in the model's unit of length, and either `heading`, in degrees
-from the x axis towards the y axis, or vx and vy. With a column `replicate` each
-replicate, counted from 0, starts with the boids of its rows.
+The columns are x, y and either `heading` or vx and vy. Lengths are in the unit of the
+model, headings in degrees from the x axis towards the y axis. With a column `replicate`
+each replicate, counted from 0, starts with the boids of its rows.
 """
 
 import csv
@@ -19,19 +19,19 @@ COLUMNS = (("x", "y", "heading"), ("x", "y", "vx", "vy"))
 
 
 def read_places(file: str, text: str) -> Start:
-    """Return the initial condition that a table gives.
+    """Return the initial condition that a table defines.
 
     Parameters
     ----------
     file : str
         Name of the table in messages.
     text : str
-        Its text.
+        Text of the table.
 
     Raises
     ------
     CodeError
-        If the table cannot be used; the message has the line where there is one.
+        If the table cannot be used; the message has the line if there is one.
     """
     rows = csv.reader(io.StringIO(text))
     flocks = dict[int, list[tuple[float, ...]]]()
@@ -50,16 +50,17 @@ def read_places(file: str, text: str) -> Start:
 
 
 def _columns(file: str, header: list[str]) -> tuple[list[int], int | None]:
-    """Return the indices of the columns of a boid, and of the column of its replicate.
+    """Return the indices of the columns of a boid, and of the column of the replicate.
 
-    The latter is None in a table without that column.
+    The second index is None in a table without that column.
     """
     names = {*header} - {REPLICATE}
     columns = next((columns for columns in COLUMNS if {*columns} == names), None)
     if columns is None or len(header) != len({*header}):
         allowed = " or ".join(", ".join(columns) for columns in COLUMNS)
         raise CodeError(
-            f"{file}, line 1: its columns must be {allowed}; {REPLICATE} may be added"
+            f"{file}, line 1: wrong columns; allowed: {allowed}; {REPLICATE} may be"
+            " added"
         )
     replicate_column = header.index(REPLICATE) if REPLICATE in header else None
     return [header.index(name) for name in columns], replicate_column
@@ -74,15 +75,15 @@ def _in_order(
     for replicate in range(len(flocks)):
         if replicate not in flocks:
             raise CodeError(
-                f"{file} has no boid of {REPLICATE} {replicate}, and some of"
-                f" {max(flocks)}: replicates count from 0, and none is left out"
+                f"{file} has no boid of {REPLICATE} {replicate}, but boids of"
+                f" {REPLICATE} {max(flocks)}: number replicates from 0, without gaps"
             )
         flock = flocks[replicate]
         first = flocks[0]
         if len(flock) != len(first):
             raise CodeError(
                 f"{file} has {len(first)} boids of {REPLICATE} 0, and {len(flock)} of"
-                f" {REPLICATE} {replicate}: all must have the same number"
+                f" {REPLICATE} {replicate}: the numbers must be equal"
             )
         yield tuple(flock)
 
@@ -94,7 +95,7 @@ def _replicate(line: str, row: list[str], column: int | None) -> int:
     text = row[column].strip() if column < len(row) else ""
     if not (text.isascii() and text.isdigit()):
         raise CodeError(
-            f'{line}: {REPLICATE} "{text[:80]}" is no whole number from 0 on'
+            f'{line}: {REPLICATE} "{text[:80]}" is not an integer of at least 0'
         )
     return int(text)
 

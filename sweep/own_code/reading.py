@@ -1,4 +1,4 @@
-"""The way from the file of a spec to its study, with the code that it names."""
+"""The way from the file of a spec to the study, with all named code."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -46,8 +46,8 @@ def load_specs(
     Raises
     ------
     SpecError
-        As `load_spec`, and for two studies of one name. It has all mistakes of all
-        documents.
+        As `load_spec`, and for two studies of one name. The error has all mistakes of
+        all documents.
     """
     mistakes = Mistakes()
     studies = dict[str, Study]()
@@ -56,7 +56,7 @@ def load_specs(
             study = _read(root, code, code_from)
             if study.name in studies:
                 line = studies[study.name].document.lines["study",]
-                message = f'study "{study.name}" stands twice, first in line {line}'
+                message = f'study "{study.name}" is listed twice, first in line {line}'
                 raise study.document.error(("study",), message)
             studies[study.name] = study
     mistakes.check()
@@ -64,7 +64,7 @@ def load_specs(
 
 
 def load_spec(path: Path, *, code: bool = True, code_from: Path | None = None) -> Study:
-    """Return the study that the file of a spec describes, which has no other one.
+    """Return the study of a spec file with exactly one study.
 
     Parameters
     ----------
@@ -96,8 +96,8 @@ def study_of(
     ----------
     spec : str or mapping
     path : Path, optional
-        File in which the spec would be: errors name it, and its folder has the code.
-        Without it, errors of a mapping name its keys.
+        File of the spec, which need not exist: errors name the file, and the folder has
+        the code. Without `path`, errors of a mapping name keys.
     code, code_from
         As in `load_spec`.
 
@@ -114,18 +114,18 @@ def study_of(
 
 
 def check_spec(spec: Mapping[str, Any], path: Path) -> None:
-    """Raise SpecError where `study_of` would, for a mapping that was read from YAML.
+    """Raise SpecError if `study_of` would, for a mapping that was read from YAML.
 
-    The mapping is not written as a text first. Its code runs.
+    The mapping is not written as a text first. The code runs.
     """
     _read(Entry(Document(path, ""), (), spec), True, None)
 
 
 def with_variants(study: Study) -> list[Study]:
-    """Return the study, and after it the variants that its sections ask for.
+    """Return the study, followed by the variants that sections of the spec request.
 
-    No code runs. Raises SpecError, with the line of the key that asks for it, for a
-    variant that is no study.
+    No code runs. Raises SpecError, with the line of the requesting key, for a variant
+    that is no valid study.
     """
     studies = [study]
     for variant in study.variants():
@@ -143,14 +143,14 @@ def with_variants(study: Study) -> list[Study]:
 
 
 def study_with(text: str, path: Path, known: Catalogue) -> Study:
-    """Return the study of a YAML text, whose code is loaded already: nothing runs.
+    """Return the study of a YAML text with loaded code; nothing runs.
 
     Parameters
     ----------
     text : str
         YAML text of the spec.
     path : Path
-        File in which the spec would be: errors name it.
+        File of the spec, which need not exist: errors name the file.
     known : Catalogue
         Catalogue with the files and modules that the spec names.
 
@@ -169,9 +169,8 @@ def study_with(text: str, path: Path, known: Catalogue) -> Study:
 def code_of(path: Path) -> list[Path]:
     """Return the paths of the code of a spec; nothing runs.
 
-    These are the files that would run, with the files that they import, and the
-    locations of the packages whose modules it names. Raises SpecError for a spec or a
-    file that cannot be read.
+    The paths are the files that would run, all imported files, and the locations of the
+    packages of named modules. Raises SpecError if the spec or a file cannot be read.
     """
     roots = read_documents(path)
     if not (named := [reference for root in roots for reference in references(root)]):
@@ -186,7 +185,7 @@ def code_of(path: Path) -> list[Path]:
 def schema_for(
     path: Path, *, code: bool = True, code_from: Path | None = None
 ) -> Schema:
-    """Return the JSON Schema of the specs in a file, with the entries of their code.
+    """Return the JSON Schema of the specs in a file, with the entries of custom code.
 
     The code runs. The rest of the spec may be wrong.
 
@@ -215,13 +214,13 @@ def schema_for(
 
 
 def named_model(text: str, *, code: bool = True) -> tuple[str, Catalogue]:
-    """Return the name of a model, and the catalogue that has it. Its code runs.
+    """Return the name of a model, and the catalogue with the model. Its code runs.
 
     Parameters
     ----------
     text : str
-        Name of the model; or its file, ``./vortex.py`` or ``./file.py:NAME`` from the
-        current folder; or its module, ``their_package.vortex:MODEL``.
+        Name of the model; or the file, ``./vortex.py`` or ``./file.py:NAME`` from the
+        current folder; or the module, ``their_package.vortex:MODEL``.
     code : bool, default True
         Whether code may run.
 
@@ -229,7 +228,7 @@ def named_model(text: str, *, code: bool = True) -> tuple[str, Catalogue]:
     ------
     SpecError
         If the model cannot be used, its code may not run, or the text is the name of a
-        file without its ending.
+        file without the ending.
     """
     file = Path()
     if FILE.fullmatch(text):
@@ -241,12 +240,12 @@ def named_model(text: str, *, code: bool = True) -> tuple[str, Catalogue]:
     else:
         if text not in BUILT_IN.models and Path(f"{text}.py").is_file():
             raise SpecError(
-                f'unknown model "{text}"; that of the file is named ./{text}.py'
+                f'unknown model "{text}"; to use the file, write ./{text}.py'
             )
         return text, BUILT_IN
     root = Entry(Document(file, ""), (), spec)
     if not code:
-        raise root.error(f'this runs code from "{text}"; no code may run')
+        raise root.error(f'the model runs code from "{text}"; no code may run')
     named = references(root)
     known = known_to(root, named)
     return str(resolved(root, named, known).value["model"]), known
@@ -265,5 +264,5 @@ def _allowed(root: Entry, code: bool, code_from: Path | None) -> list[Reference]
     running = [reference.entry for reference in named if reference.runs]
     if running and not code:
         first = running[0]
-        raise first.error(f'this spec runs code from "{first.value}"; no code may run')
+        raise first.error(f'the spec runs code from "{first.value}"; no code may run')
     return named

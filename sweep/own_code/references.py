@@ -1,10 +1,10 @@
 """References of a spec to code.
 
 A spec names files, such as `model: ./vortex.py`, `metrics: [./mine.py]` and `map:
-./maze.py`, each with `:NAME` where the file has several. It names tables, such as
-`start_draws: ./flock.csv`, and modules of installed packages, such as `model:
-their_package.vortex:MODEL`. A file or module brings all entries that it offers, so
-other keys name its entries by their plain names.
+./maze.py`, each with `:NAME` if the file has several entries. A spec also names tables,
+such as `start_draws: ./flock.csv`, and modules of installed packages, such as `model:
+their_package.vortex:MODEL`. A file or module brings all offered entries, so that
+further keys name the entries by plain names.
 """
 
 import os
@@ -33,7 +33,7 @@ KINDS = {
     "start_draws": "starts",
     "sample": "samplers",
 }
-"""Keys of a spec that may name code, and the kinds of entries that they take."""
+"""Keys of a spec that may name code, and the kind of entries of each key."""
 
 
 @dataclass(frozen=True)
@@ -43,13 +43,14 @@ class Reference:
     Attributes
     ----------
     entry : Entry
-        Entry of the spec that names it.
+        Entry of the spec that names the file or module.
     origin : str
         Path of the file from the folder of code, or name of the module.
     kind : str
-        Kind of entry that the spec takes from it, such as ``models``.
+        Kind of entry that the spec takes, such as ``models``.
     name : str or None
-        Name of the entry there; None for all entries of the kind, or the only one.
+        Name of the entry in the file; None for all entries of the kind, or the only
+        entry.
     """
 
     entry: Entry
@@ -59,7 +60,7 @@ class Reference:
 
     @property
     def text(self) -> str:
-        """The text of the spec that names it."""
+        """The text of the spec that names the file or module."""
         return str(self.entry.value)
 
     @property
@@ -96,7 +97,7 @@ def _within(entry: Entry, code_from: Path | None) -> Iterator[Reference]:
         if match := FILE.fullmatch(entry.value):
             file = _inside(entry, match["path"], code_from)
             if file.endswith(PLACES) and keys[0] != "start_draws":
-                raise entry.error(f"{file} can only be a start (start_draws)")
+                raise entry.error(f"{file} is a table; allowed: only in start_draws")
             yield Reference(entry, file, kind, match["name"])
         elif match := MODULE.fullmatch(entry.value):
             yield Reference(entry, match["path"], kind, match["name"])
@@ -106,13 +107,13 @@ def _inside(entry: Entry, path: str, code_from: Path | None) -> str:
     """Return the path of a file from the folder from which code is taken."""
     parts = path.split("/")
     if parts[0] not in (".", "..", "") and len(parts) == 1:
-        raise entry.error(f'a file beside the spec is written "./{path}"')
+        raise entry.error(f'write "./{path}" for a file next to the spec')
     if code_from is None:
         if parts[0] != "." or ".." in parts or "" in parts[1:]:
             raise entry.error(
-                f'"{path}" may lie outside the folder of the spec, from where no code'
-                " is taken: put the file beside the spec, and write ./NAME.py, or allow"
-                " its folder with --code-from FOLDER"
+                f'"{path}" may be outside the folder of the spec. Code comes only from'
+                " that folder: copy the file there and write ./NAME.py, or allow"
+                " another folder with --code-from FOLDER"
             )
         return "/".join(part for part in parts[1:] if part != ".")
     if parts[0] not in (".", "..") or "" in parts:
@@ -120,8 +121,7 @@ def _inside(entry: Entry, path: str, code_from: Path | None) -> str:
     file = Path(os.path.normpath(entry.document.path.parent.resolve() / path))
     if not file.is_relative_to(code_from.resolve()):
         raise entry.error(
-            f'"{path}" lies outside {code_from}, from where alone code is taken'
-            " (--code-from)"
+            f'"{path}" is outside {code_from}, the only folder of code (--code-from)'
         )
     return file.relative_to(code_from.resolve()).as_posix()
 
@@ -136,7 +136,7 @@ def own_code(
     root : Entry
         The spec.
     named : list of Reference
-        Its references, from `references`.
+        The references of the spec, from `references`.
     code_from : Path, optional
         Folder of the files of code; by default the folder of the spec.
 
@@ -174,7 +174,7 @@ def own_code(
 def known_to(
     root: Entry, named: list[Reference], code_from: Path | None = None
 ) -> OwnCatalogue:
-    """Return the catalogue of a spec that names code. It runs the code.
+    """Return the catalogue of a spec that names code. The code runs.
 
     Parameters
     ----------
@@ -195,21 +195,21 @@ def known_to(
 
 
 def resolved(root: Entry, named: list[Reference], known: OwnCatalogue) -> Entry:
-    """Return the same spec with plain names in the place of files and modules.
+    """Return the spec with plain names in place of files and modules.
 
     Parameters
     ----------
     root : Entry
         The spec.
     named : list of Reference
-        Its references.
+        The references of the spec.
     known : OwnCatalogue
-        Catalogue with their entries.
+        Catalogue with all entries of the references.
 
     Raises
     ------
     SpecError
-        If a file has no such entry, or several where the spec needs one.
+        If a file has no such entry, or several entries for a key that needs one.
     """
     document = replace(root.document, lines=dict(root.document.lines))
     by_place = {reference.entry.place: reference for reference in named}
@@ -254,7 +254,7 @@ def _replaced(
 
 
 def _names(reference: Reference, known: OwnCatalogue) -> list[str]:
-    """Return the names of the entries that a file or module stands for."""
+    """Return the names of the entries that a reference selects."""
     origin = reference.origin
     kind = reference.kind
     names = [

@@ -1,8 +1,8 @@
 """The text of the files of custom code.
 
-These are the files that a spec names, and the files next to them that they import. The
-text is read once, before any code runs. It goes to every worker and into the store, so
-that each trial is computed by the same lines, whatever becomes of the files.
+The files are named by a spec, or imported by a named file from a position next to it.
+The text is read once, before any code runs. Every worker and the store get the text. So
+all trials are computed by equal code, even if a file changes later.
 """
 
 import ast
@@ -24,26 +24,26 @@ PACKAGE = "__init__.py"
 MOST_BYTES = 2_000_000
 MOST_FILES = 100
 KEPT = (
-    ", where results are stored: `sweep code STUDY --to FOLDER` writes spec and code"
-    " of a study into a folder, to launch there"
+    ", a folder of results: `sweep code STUDY --to FOLDER` writes spec and code of a"
+    " study into a folder, to launch there"
 )
 """Hint for a spec that is launched from a folder of results, without its files."""
 
 
 @dataclass(frozen=True)
 class Sources:
-    """Files by their paths from one folder, such as `rules/pull.py`, with texts."""
+    """The texts of files by path from one folder, such as `rules/pull.py`."""
 
     files: tuple[tuple[str, str], ...]
 
     @cached_property
     def texts(self) -> dict[str, str]:
-        """The text of each file by its path."""
+        """The text of each file by path."""
         return dict(self.files)
 
     @cached_property
     def sha(self) -> str:
-        """The sha256 of all files, of their paths and texts."""
+        """The sha256 of the paths and texts of all files."""
         return hashlib.sha256(json.dumps(self.files).encode()).hexdigest()
 
     @property
@@ -53,22 +53,22 @@ class Sources:
 
     @property
     def package(self) -> str:
-        """The name of the package that the folder is when it is imported."""
+        """The package name of the folder in imports."""
         return f"own_{self.sha[:16]}"
 
     def module(self, file: str) -> str:
-        """Return the full name of the module that a file is."""
+        """Return the full module name of a file."""
         parts = PurePosixPath(file).with_suffix("").parts
         inner = parts[:-1] if file.endswith(PACKAGE) else parts
         return ".".join([self.package, *inner])
 
 
 def gather(folder: Path, files: Iterable[str]) -> Sources:
-    """Read files, whose paths start in `folder`, and all that they import relatively.
+    """Read files, with paths from `folder`, and all relatively imported files.
 
-    Raises CodeError, which names file and line, for a file that cannot be read or is no
-    Python, for a file outside the folder, for an import without a file, and for more
-    than MOST_FILES or MOST_BYTES.
+    Raises CodeError, which names file and line, for a file outside the folder, a file
+    that cannot be read or is no Python, and an import without a file. More than
+    MOST_FILES files or MOST_BYTES bytes are also a CodeError.
     """
     texts = dict[str, str]()
     waiting = list(dict.fromkeys(files))
@@ -98,21 +98,21 @@ def _text(folder: Path, file: str) -> str:
         raise CodeError(f"{file} cannot be read: {error}") from None
     if not inside:
         raise CodeError(
-            f"{file} lies outside the folder of the spec, {folder}: put it there, or"
-            " make a package of it"
+            f"{file} is outside the folder of the spec, {folder}: copy the file there,"
+            " or turn it into a package"
         )
     if content is None:
         raise CodeError(f"{file} has more than {MOST_BYTES:,} bytes")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise CodeError(f"{file} is no text in UTF-8: {error}") from None
+        raise CodeError(f"{file} is not text in UTF-8: {error}") from None
 
 
 def _alike(folder: Path, path: Path) -> Iterator[str]:
-    """Yield the files with the same ending next to a missing file.
+    """Yield the files next to a missing file with an equal ending.
 
-    They are paths from `folder`.
+    The files are paths from `folder`.
     """
     for file in sorted(path.parent.glob(f"*{path.suffix}"))[:MOST_FILES]:
         yield file.relative_to(folder).as_posix()
@@ -125,7 +125,7 @@ def _imported(folder: Path, file: str, text: str) -> Iterator[str]:
     except (SyntaxError, ValueError, RecursionError) as error:
         line = getattr(error, "lineno", None) or 1
         message = getattr(error, "msg", str(error))
-        raise CodeError(f"{file}, line {line}: no Python: {message}") from None
+        raise CodeError(f"{file}, line {line}: not Python: {message}") from None
     for node in nodes:
         if isinstance(node, ast.ImportFrom) and node.level:
             yield from _relative(folder, file, node)
@@ -148,7 +148,7 @@ def _relative(folder: Path, file: str, node: ast.ImportFrom) -> Iterator[str]:
         raise CodeError(
             f"{file}, line {node.lineno}: imports from above the folder of the spec"
         )
-    for end in range(1, len(above) + 1):  # importing a.b.c runs those of a and a.b too
+    for end in range(1, len(above) + 1):  # importing a.b.c also runs a and a.b
         yield from _package(folder, PurePosixPath(*above[:end]))
     base = PurePosixPath(*above, *(node.module or "").split("."))
     files = list(_module(folder, base)) if node.module else []
@@ -173,7 +173,7 @@ def _module(folder: Path, path: PurePosixPath) -> Iterator[str]:
 
 
 def _package(folder: Path, path: PurePosixPath) -> Iterator[str]:
-    """Yield the first file of a package, if it has one."""
+    """Yield the first file of a package, if there is one."""
     if (folder / path / PACKAGE).is_file():
         yield (path / PACKAGE).as_posix()
 
@@ -192,6 +192,6 @@ def _check_absolute(folder: Path, file: str, node: ast.Import | ast.ImportFrom) 
             continue
         if (beside / f"{first}{SUFFIX}").is_file():
             raise CodeError(
-                f'{file}, line {node.lineno}: "{name}" is a file beside it, which is'
-                f" imported relatively: from . import {first}"
+                f'{file}, line {node.lineno}: "{name}" is a file in the folder of this'
+                f" file; import it relatively: from . import {first}"
             )

@@ -1,4 +1,4 @@
-"""Title, authors, year and source of a publication, as a citation needs them."""
+"""Title, authors, year and source of a publication, for citations."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -13,9 +13,9 @@ BIBLIOGRAPHIC = ("title", "source", "authors", "year")
 
 @dataclass(frozen=True)
 class Bibliography:
-    """Title and source of a publication, and its authors and year where they are known.
+    """Title and source of a publication, and the authors and year if known.
 
-    `source` has in words where the publication appeared.
+    `source` is the place of publication in words.
     """
 
     title: str
@@ -43,9 +43,7 @@ def bibliography(root: Entry) -> Bibliography:
 def bibliography_of(model: str) -> Bibliography | None:
     """Return the bibliography of the publication that has the name of a model.
 
-    None means that there is no such publication.
-
-    Raises SpecError for a damaged file.
+    Return None without such a publication. Raises SpecError for a damaged file.
     """
     file = EXPERIMENTS / model / FILE
     return bibliography(read_document(file)) if file.is_file() else None

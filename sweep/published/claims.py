@@ -1,6 +1,6 @@
-"""Claims of a publication: their texts, and the expectations for our trials.
+"""Claims of a publication: texts, and expectations for our trials.
 
-The list `claims` of published.yaml is read and checked.
+This module reads and checks the list `claims` of published.yaml.
 """
 
 import re
@@ -48,36 +48,37 @@ SHARE = re.compile(r"([0-9]+(?:\.[0-9]+)?) %")
 Kind = Literal["number", "reading", "exact", "hypothesis", "fit"]
 """Kind of a claim, which decides how the claim is counted.
 
-    number      a number that the paper prints, or that its own data have
-    reading     our reading of a sentence of the paper
+    number      a number in the text or the data of the publication
+    reading     our reading of a sentence of the publication
+
     exact       a consequence of the equations, without any trial
-    hypothesis  a hypothesis of our own
+    hypothesis  our own hypothesis
     fit         a test of a value that was fitted to the number
 """
 FIT: Kind = "fit"
 """The kind that is shown and not counted."""
 Looked = Literal["before", "after"]
-"""Time when results of such trials were first seen, relative to the registration."""
+"""Time of the first look at results of such trials, relative to the registration."""
 
 
 @dataclass(frozen=True)
 class Claim:
-    """A published number or statement, its measure, and the expectation.
+    """A published number or statement, with measure and expectation.
 
     Attributes
     ----------
     id : str
-        Name of the claim, unique in its publication.
+        Name of the claim, unique in the publication.
     where : str
-        Place in the paper.
+        Place in the publication.
     says : str
         Text of the claim.
     kind : Kind
         Origin of the claim.
     statement : str
-        Name that claims on the same statement share.
+        Name that claims on one statement share.
     registered : date
-        Day on which the expectation got its present form.
+        Day of the last change of the expectation.
     spec : str, optional
         Spec whose trials test the claim.
     figure : str, optional
@@ -93,12 +94,12 @@ class Claim:
     untestable : str
         Reason why the claim cannot be tested, or "".
     unverified : str
-        Reason why `says` has not been compared with the paper, or "".
+        Reason why `says` has not been compared with the publication, or "".
 
     Notes
     -----
     A claim that cannot be tested has no measure, no expectation and no look. Claims of
-    a publication that is not selected have none either.
+    a publication that is not selected also lack measure, expectation and look.
     """
 
     id: str
@@ -125,8 +126,8 @@ class Claim:
 class Shown(NamedTuple):
     """Expectation of a claim, for the figure that shows the claim.
 
-    `measure` is the mapping under `measure` as it is written. `region` is the range of
-    values that the expectation allows.
+    `measure` is the mapping under `measure`, unchanged. `region` is the range of values
+    that the expectation allows.
     """
 
     kind: Kind
@@ -136,10 +137,10 @@ class Shown(NamedTuple):
 
 
 def shown(file: Path, figure: str) -> list[Shown]:
-    """Return the tested claims of a published.yaml that name `figure`, in their order.
+    """Return the tested claims of a published.yaml that name `figure`, in file order.
 
-    Claims on the order of a transition allow no region, and are left out. A figure
-    calls this function while it is drawn, so neither specs nor functions are read.
+    Claims on the order of a transition have no region, and are left out. A figure calls
+    this function during the drawing, so neither specs nor functions are read.
 
     Raises
     ------
@@ -193,7 +194,7 @@ def read_claims(
             claim = Claim(**fields, **test)
             if claim.id in places:
                 raise entry.child("id").error(
-                    f'"{claim.id}" stands twice, first as number {places[claim.id]}'
+                    f'"{claim.id}" is listed twice, first as number {places[claim.id]}'
                 )
             places[claim.id] = len(places) + 1
             claims.append(claim)
@@ -223,7 +224,7 @@ def _test_fields(
     if not present:
         return fields
     if chosen is None:
-        raise entry.error('missing key "spec": whose trials test the claim')
+        raise entry.error('missing key "spec": the spec whose trials test the claim')
     measure = reader.read(entry.child("measure"), chosen)
     expect = entry.child("expect")
     of_order = isinstance(measure, Transition)
@@ -236,7 +237,7 @@ def _test_fields(
 
 
 def _common_fields(entry: Entry) -> dict[str, Any]:
-    """Return the fields of a claim that do not depend on its test."""
+    """Return the fields of a claim that do not depend on the test."""
     statement = entry.get("statement") or entry.child("id")
     untestable = entry.get(UNTESTABLE)
     unverified = entry.get(UNVERIFIED)
@@ -287,9 +288,9 @@ def _expectation(entry: Entry, measure: Measure | None, kind: Kind) -> Numeric:
 
 def _value(entry: Entry, measure: Measure | None, kind: Kind) -> Value:
     if kind != FIT and "margin" not in entry.value:
-        raise entry.error('missing key "margin": how far ours may be from the number')
+        raise entry.error('missing key "margin": the allowed distance from the number')
     if ("margin" in entry.value) != ("because" in entry.value):
-        raise entry.error('"margin" and "because", its reason, go together')
+        raise entry.error('"margin" needs "because", the reason, and vice versa')
     trials = entry.get("trials")
     because = entry.get("because")
     if trials and isinstance(measure, RankCorrelation):
@@ -307,18 +308,18 @@ def _value(entry: Entry, measure: Measure | None, kind: Kind) -> Value:
 def _rounding(entry: Entry | None) -> float:
     number = entry.number() if entry else 0.0
     if entry and number < 0:
-        raise entry.expected("a number from 0")
+        raise entry.expected("a number of at least 0")
     return number
 
 
 def _margin(entry: Entry | None, value: float) -> float:
-    """Return a margin in the unit of `value`; a fraction of `value` is allowed too."""
+    """Return a margin in the unit of `value`; also a fraction of `value` is allowed."""
     if entry is None:
         return 0.0
     if isinstance(entry.value, str):
         share = SHARE.fullmatch(entry.value)
         if not share:
-            raise entry.expected('a number, or a share of the value such as "5 %"')
+            raise entry.expected('a number, or a fraction of the value such as "5 %"')
         margin = float(share[1]) / 100.0 * abs(value)
     else:
         margin = entry.number()

@@ -1,12 +1,12 @@
 """Stored studies, converted to the time steps of another study.
 
-With a shorter time step, a study has more steps in the same time. Parameters that act
+With a shorter time step, a study has more steps per unit of time. Parameters that act
 once per step have other values. The converted tables have the steps and the parameters
-of the other study. So claims and functions of figures.py find the same points, and the
-same frames at the same times.
+of the study with longer steps. So claims and functions of figures.py find equal points,
+and frames at equal times.
 
-A metric over one step cannot be converted: stored values are over a shorter step, and
-nothing is stored between frames. Such metrics are left out.
+A metric over one step cannot be converted: stored values refer to a shorter step, and
+the store has no values between frames. The tables leave out metrics of this kind.
 """
 
 import pyarrow as pa
@@ -21,7 +21,7 @@ OF_ONE_STEP = "is measured over one step"
 
 
 def over_one_step(study: Study) -> list[str]:
-    """Return the recorded metrics over one step, and those derived from them."""
+    """Return the recorded metrics over one step, and dependent derived metrics."""
     known = study.known.metrics
     over_step = [name for name in known if known[name].per_step]
     for derived in study.record.derive:
@@ -40,7 +40,7 @@ def converted(study: Study, stored: StoredStudy, clock: int) -> StoredStudy:
     stored : StoredStudy
         The study with the shorter time step.
     clock : int
-        Number of its steps in one step of the other study.
+        Number of short steps in one step of the other study.
     """
     settings = changed_by_steps(study)
 

@@ -1,7 +1,7 @@
 """A custom model, metric, map or initial condition, begun as a copy of an example.
 
-The examples are real files, which are checked and tested. A copy replaces the name of
-the example by another one wherever the name is a separate word.
+The examples are real files, which are checked and tested. A copy replaces every
+occurrence of the name of the example as a separate word.
 """
 
 import re
@@ -22,7 +22,7 @@ from sweep.text import shortened, unknown
 
 @dataclass(frozen=True)
 class Template:
-    """An example: its name and its files, the first of which is the code."""
+    """An example: a name and files. The first file is the code."""
 
     name: str
     files: tuple[str, ...]
@@ -40,8 +40,8 @@ TEMPLATES = {
 def create(kind: str, name: str, folder: Path) -> tuple[Path, ...]:
     """Write the files of a custom entry `name` into `folder`.
 
-    A spec among the files is the study my/NAME, and its first line leads editors to the
-    schema. Nothing is written if an error is raised before the first file.
+    A spec among the files is the study my/NAME, with a link to the schema for editors
+    in the first line. An error before the first file leaves the folder unchanged.
 
     Parameters
     ----------
@@ -78,8 +78,8 @@ def create(kind: str, name: str, folder: Path) -> tuple[Path, ...]:
     existing = [path for path in contents if path.exists() or path.is_symlink()]
     if existing:
         raise OutputError(
-            f"{', '.join(map(str, existing))}: there already, and nothing is replaced;"
-            " another name or --folder keeps them apart"
+            f"{', '.join(map(str, existing))}: exists already, and no file is"
+            " replaced; use another name or --folder"
         )
     for path, text in contents.items():
         with unfinished(path) as file:
@@ -100,7 +100,7 @@ def _check_folder(folder: Path) -> None:
 
 
 def _check_name(kind: str, name: str) -> None:
-    """Raise CodeError where an entry, a study or a file cannot have the name."""
+    """Raise CodeError if an entry, a study or a file cannot have the name."""
     file = f"{shortened(name)}.py"
     try:
         check_name(file, kind, name)
@@ -108,13 +108,13 @@ def _check_name(kind: str, name: str) -> None:
         raise CodeError(f"{error}{_fitting(kind, name)}") from None
     check_free(file, f"{kind}s", name)
     if taken_name(f"{OWN}/{name}"):
-        raise CodeError(f"{file}: results use the name {name} themselves")
+        raise CodeError(f"{file}: the name {name} is reserved for results")
     if name in sys.stdlib_module_names or PathFinder.find_spec(name):
         raise CodeError(f"{file}: would hide the module {name}, which is installed")
 
 
 def _fitting(kind: str, name: str) -> str:
-    """Return a question with a similar name that is allowed; "" if there is none."""
+    """Return a question with a similar allowed name; "" without such a name."""
     plain = re.sub("[^a-z0-9_]", "_", name.lower())
     for candidate in (plain, f"my_{plain}"):
         with suppress(CodeError):

@@ -1,8 +1,8 @@
 """Recorded values, compared with values that are computed again from stored tables.
 
-The definitions here share no code with kernels, nor with the summary of a trial. A
-claim that calls them notices mistakes of the program that other claims miss. Other
-claims compare trials with each other, and each of these trials has the same mistake.
+The definitions of this module share no code with kernels, nor with the summary of a
+trial. So a claim that calls the definitions can detect mistakes of the program. Most
+claims only compare trials with each other, and every trial contains the mistake.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -52,7 +52,7 @@ DEFINITIONS: Mapping[str, Callable[[Floats, "pd.Series[Any]"], Floats]] = {
     "speed": _speed,
     "in_contact": _in_contact,
 }
-"""By metric, the function that computes its values (F,).
+"""By metric, the function that computes the values (F,).
 
 The arguments are the bodies (F, 4, N) with x, y, vx and vy, and the row of the trial.
 The row has the parameters.
@@ -60,12 +60,12 @@ The row has the parameters.
 
 
 def as_defined(studies: Mapping[str, StoredStudy], spec: str) -> Floats:
-    """Return 100 for each finished trial that is as defined, and 0 for each other one.
+    """Return 100 for each finished trial that agrees with the definitions, else 0.
 
-    The check covers each recorded series. Where trajectories are stored, it covers each
-    metric of DEFINITIONS too. The value of a trial must be that of its last frame. The
-    mean of a trial must be the mean over the frames of its second half. No other
-    replicate of the same point may have the same frames.
+    The check covers each recorded series and, with stored trajectories, each metric of
+    DEFINITIONS. The value of a trial must equal the value of the last frame. The mean
+    of a trial must equal the mean over the frames of the second half. Two replicates of
+    one point may not have equal frames.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def as_defined(studies: Mapping[str, StoredStudy], spec: str) -> Floats:
     for _, trial in trials.iterrows():
         frames = dict(_frames(study, trial, series))
         if not frames:
-            raise ValueError(f"{study.name} stores nothing that defines its metrics")
+            raise ValueError(f"{study.name} stores neither series nor trajectories")
         values = [recorded.tobytes() for _, recorded in frames.values()]
         mark = b"".join([trial["point"].encode(), *values])
         as_stored = [
@@ -107,7 +107,7 @@ def as_defined(studies: Mapping[str, StoredStudy], spec: str) -> Floats:
 def _frames(
     study: StoredStudy, trial: "pd.Series[Any]", series: Mapping[Any, pd.DataFrame]
 ) -> Iterator[tuple[str, tuple[NDArray[np.int64], Floats]]]:
-    """Yield each metric with its stored frames (F,) and its values (F,) in them."""
+    """Yield each metric with the stored frames (F,) and the values (F,)."""
     for name in study.series_metrics:
         rows = series[trial["trial_id"]]
         yield name, (rows["frame"].to_numpy(), rows[name].to_numpy())

@@ -1,7 +1,7 @@
 """Details: variants with other values of single parameters.
 
 Each number that the specs of a publication do not vary is moved up and down by a small
-and a large percentage. Each detail of the other presets of the model is tried alone.
+and a large percentage. Each component of another preset of the model is tried alone.
 """
 
 from collections import defaultdict
@@ -65,14 +65,14 @@ def moved(setting: Setting, value: float, percent: int) -> float:
     """Return a value moved by a percentage, within the bounds of its parameter.
 
     An integer moves by at least 1, unless it is 0, and otherwise by at most the
-    percentage. The value is unchanged where no other value is allowed.
+    percentage. The value is unchanged if no other value is allowed.
 
     Parameters
     ----------
     setting : Setting
         The parameter.
     value : float
-        Its value.
+        Present value.
     percent : int
         Percentage of the move; negative for a move down.
     """
@@ -90,7 +90,7 @@ def moved(setting: Setting, value: float, percent: int) -> float:
 def _numbers(study: Study) -> dict[str, float]:
     """Return the numbers that a study does not vary.
 
-    The size of the world is left out where a map defines it.
+    The size of the world is left out if a map defines the size.
     """
     maps = {str(value) for axis in study.axes for value in axis.columns.get("map", ())}
     if is_free(study, "map"):
@@ -108,7 +108,7 @@ def _numbers(study: Study) -> dict[str, float]:
 def _shifted(studies: Mapping[str, Study]) -> dict[str, Moves]:
     """Return each number moved, by the name of the variant.
 
-    Moves that change nothing are left out.
+    Moves without a change are left out.
     """
     moves_by_name: dict[str, Moves] = defaultdict(dict)
     for spec, study in studies.items():
@@ -122,9 +122,9 @@ def _shifted(studies: Mapping[str, Study]) -> dict[str, Moves]:
 
 
 def _of_other_presets(studies: Mapping[str, Study]) -> dict[str, Moves]:
-    """Return each detail of another preset alone, by the name of the variant.
+    """Return each component of another preset alone, by the name of the variant.
 
-    Values that a spec has itself are unchanged.
+    Values in the spec are unchanged.
     """
     moves_by_name: dict[str, Moves] = defaultdict(dict)
     for spec, study in studies.items():

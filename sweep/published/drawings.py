@@ -1,4 +1,4 @@
-"""Figures of a publication, drawn only if their inputs have changed."""
+"""Figures of a publication, drawn only after a change of the inputs."""
 
 import hashlib
 import json
@@ -28,7 +28,7 @@ CLAIM_SOURCES = [
 
 
 class FigureFile:
-    """A figure of a publication, and its two files.
+    """A figure of a publication, with two files.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ class FigureFile:
     watermark : str
         Text across the figure; "" for none.
     results : Path
-        Folder that the user has named; `root` is this folder or is below it.
+        Folder that the user has named; contains `root` or equals `root`.
     """
 
     def __init__(
@@ -61,7 +61,7 @@ class FigureFile:
             spec: stored[spec] for spec in self.drawing.specs if spec in stored
         }
         self.results = results
-        # The path of both files, without their endings.
+        # The path of the two files, without endings.
         self.path = root / FIGURES / publication.name / name
         self.watermark = watermark
 
@@ -71,7 +71,7 @@ class FigureFile:
         return len(self.studies) == len(self.drawing.specs)
 
     def current(self) -> bool:
-        """Return True if the files exist and show the trials that are stored now."""
+        """Return True if the files exist and show the presently stored trials."""
         return (
             self.possible
             and saved_about(self.path).get("Inputs") == self.about["Inputs"]
@@ -90,7 +90,7 @@ class FigureFile:
         figure = self.drawing.draw(self.studies)
         if not isinstance(figure, Figure):
             raise TypeError(
-                "its function must return a figure of matplotlib, not"
+                "the function must return a figure of matplotlib, not"
                 f" {type(figure).__name__}"
             )
         save(figure, self.path, self.about, self.watermark, below=self.results)
@@ -124,7 +124,7 @@ class FigureFile:
 
 
 class ClaimsFile:
-    """A figure of the claims of a publication, and its two files.
+    """A figure of the claims of a publication, with two files.
 
     Parameters
     ----------
@@ -136,13 +136,13 @@ class ClaimsFile:
     make : callable
         Makes the figure.
     inputs : object
-        Contents of the figure; its representation decides if the files are up to date.
+        Contents of the figure. The representation decides if the files are up to date.
     root : Path
         Folder below which the figure is written.
     watermark : str
         Text across the figure; "" for none.
     results : Path
-        Folder that the user has named; `root` is this folder or is below it.
+        Folder that the user has named; contains `root` or equals `root`.
     """
 
     def __init__(
@@ -166,7 +166,7 @@ class ClaimsFile:
         self.path = root / FIGURES / f"{name}-{publication.name}"
 
     def current(self) -> bool:
-        """Return True if the files exist and show these claims."""
+        """Return True if the files exist and show the present claims."""
         return saved_about(self.path).get("Inputs") == self.about["Inputs"]
 
     def draw(self) -> None:
@@ -191,7 +191,7 @@ def forest_file(
     watermark: str,
     results: Path,
 ) -> ClaimsFile | None:
-    """Return the forest plot of judged rows; None if no row has a confidence interval.
+    """Return the forest plot of judged rows, or None without any confidence interval.
 
     Parameters
     ----------
@@ -203,14 +203,15 @@ def forest_file(
     watermark : str
         Text across the figure; "" for none.
     results : Path
-        Folder that the user has named; `root` is this folder or is below it.
+        Folder that the user has named; contains `root` or equals `root`.
     """
     if not any(row.verdict.interval for row in rows):
         return None
     return ClaimsFile(
         publication,
         name="scorecard",
-        text="every tested claim: ours, both intervals, what was published, the margin",
+        text="every tested claim: our estimate with two intervals, the published"
+        " value and the margin",
         make=lambda: forest_figure(publication.title, rows, publication.family),
         inputs=rows,
         root=root,
@@ -225,9 +226,9 @@ def numerics_file(
     root: Path,
     results: Path,
 ) -> ClaimsFile | None:
-    """Return the figure of the effect of numerics; None if none were tried.
+    """Return the figure of the effect of numerics, or None without tried numerics.
 
-    Numerics are tried at the quick scale, so the figure has its watermark.
+    Numerics are tried at the quick scale, so the figure has the watermark of the scale.
 
     Parameters
     ----------
@@ -237,7 +238,7 @@ def numerics_file(
     root : Path
         Folder below which the figure is written.
     results : Path
-        Folder that the user has named; `root` is this folder or is below it.
+        Folder that the user has named; contains `root` or equals `root`.
     """
     claims = publication.claims
     if not (tried and tried.tried("numerics") and compared(claims, tried)):
@@ -245,8 +246,8 @@ def numerics_file(
     return ClaimsFile(
         publication,
         name="numerics",
-        text="every tested claim with few trials, as it is and with half the time step,"
-        " another order of updates and another seed",
+        text="every tested claim with few trials, unchanged and with half the time"
+        " step, another order of updates and another seed",
         make=lambda: numerics_figure(
             publication.title, claims, tried, publication.family
         ),

@@ -37,7 +37,7 @@ Studies = Mapping[str, StoredStudy]
 
 
 class Measured(NamedTuple):
-    """An estimate, or the scaling of a transition, with the numbers of its trials.
+    """An estimate, or the scaling of a transition, with numbers of trials.
 
     Attributes
     ----------
@@ -60,15 +60,15 @@ class Measured(NamedTuple):
 class MeasureError(Exception):
     """A measure that failed.
 
-    Either a function of figures.py raised an error or returned the wrong type, or the
-    points of a study are not those of one transition.
+    A function of figures.py raised an error or returned the wrong type, or the points
+    of a study do not belong to one transition.
     """
 
 
 def metrics_left_out(studies: Studies, quantity: Measure) -> str:
-    """Return the metrics of `quantity` that its studies leave out, with the reasons.
+    """Return the metrics of `quantity` that the studies leave out, with the reasons.
 
-    The text is "" if there are none.
+    The text is "" without such metrics.
     """
     reasons = (
         _left_out_text(studies[spec], Column.read(column).metric)
@@ -99,7 +99,7 @@ def measure(
     Raises
     ------
     MeasureError
-        If a function of figures.py fails, or the points are not those of one
+        If a function of figures.py fails, or the points do not belong to one
         transition.
     """
     if isinstance(quantity, Mean):
@@ -124,8 +124,8 @@ def measure(
 def _difference(studies: Studies, difference: MeanDifference) -> Measured:
     """Return the first mean minus the second.
 
-    The difference is between pairs if both sides have the same units. Otherwise it is
-    between independent samples.
+    Pairs are compared if the two sides have equal units. Otherwise independent samples
+    are compared.
     """
     named = {*difference.first.settings, *difference.second.settings}
     first, second = (
@@ -144,7 +144,7 @@ def _difference(studies: Studies, difference: MeanDifference) -> Measured:
 def _distribution(studies: Studies, mean: Mean) -> Declaration:
     """Return the declared distribution of the metric of a mean.
 
-    The declaration holds for values of trials and for means of such values.
+    The declaration is valid for values of trials and for means of such values.
     """
     return studies[mean.spec].distributions[mean.metric]
 
@@ -152,8 +152,8 @@ def _distribution(studies: Studies, mean: Mean) -> Declaration:
 def _units(study: StoredStudy, mean: Mean, named: set[str]) -> Units:
     """Return the units of a mean.
 
-    Units are paired by the varied parameters, except those that the measure has
-    `named`.
+    Units are paired by the varied parameters, without the parameters that the measure
+    has `named`.
     """
     trials = chosen(study.trials, mean.settings)
     free = [name for name in study.varied if name not in named]
@@ -163,7 +163,7 @@ def _units(study: StoredStudy, mean: Mean, named: set[str]) -> Units:
 def _trial_values(
     study: StoredStudy, trials: pd.DataFrame, mean: Mean
 ) -> "pd.Series[float]":
-    """Return one value per row of `trials`, NaN where the trial is not done."""
+    """Return one value per row of `trials`, NaN for a trial that is not done."""
     if mean.frames is None:
         values = trials[mean.metric]
     else:
@@ -216,7 +216,7 @@ def _called(
         ) from error
     if len(samples) > 2 or any(values.ndim != 1 for values in samples):
         raise MeasureError(
-            f"{call.function} must return an array of one value each, or a tuple of two"
+            f"{call.function} must return an array of values, or a tuple of two arrays"
         )
     missing = sum(int(np.isnan(values).sum()) for values in samples)
     estimate = mean_estimate(*reversed(samples), distribution=call.distribution)

@@ -1,8 +1,8 @@
-"""Differences that the claims of a publication could notice with its planned trials.
+"""Differences that the claims of a publication could detect with the planned trials.
 
-They are estimated before these trials run. A pilot has the spread: the trials that are
-stored at the full scale, or else those of the quick scale. A claim is weak if its
-noticeable difference exceeds its margin: the planned trials cannot confirm the claim.
+The estimate precedes the run. The spread comes from a pilot: the stored trials of the
+full scale, or otherwise of the quick scale. A claim is weak if the detectable
+difference exceeds the margin, so that the planned trials cannot confirm the claim.
 """
 
 import math
@@ -21,7 +21,7 @@ from sweep.spec import Study
 
 
 class Outlook(NamedTuple):
-    """A claim and its foreseen power.
+    """A claim and the foreseen power.
 
     `foreseen` is None without a pilot that has a confidence interval.
     """
@@ -33,7 +33,7 @@ class Outlook(NamedTuple):
 def outlooks(full: Publication, quick: Publication, results: Path) -> list[Outlook]:
     """Return the outlooks of the tested claims with all planned trials.
 
-    Claims on the order of a transition are left out: no width decides them.
+    Claims on the order of a transition are left out, because no width decides.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def outlooks(full: Publication, quick: Publication, results: Path) -> list[Outlo
     quick : Publication
         The publication at the quick scale.
     results : Path
-        Folder with the stored studies, which are the pilots.
+        Folder with the stored pilot studies.
     """
     planned = {spec: _planned(study) for spec, study in full.studies.items()}
     pilots = [_pilot(publication, results, planned) for publication in (full, quick)]
@@ -81,7 +81,7 @@ def _planned(study: Study) -> int:
 def _foreseen(claim: Claim, family: int, pilots: Sequence[_Pilot]) -> Foreseen | None:
     """Return the foresight from the first pilot that has a confidence interval.
 
-    A claim on several specs has the factor of the spec that grows least.
+    A claim on several specs gets the smallest factor of these specs.
     """
     expect = claim.expect
     if claim.measure is None or claim.spec is None or expect is None:
@@ -107,24 +107,24 @@ def outlook_lines(name: str, claim_outlooks: Sequence[Outlook]) -> Iterator[str]
     weak = [outlook for outlook in known if outlook.foreseen and outlook.foreseen.weak]
     unknown = [outlook.claim.id for outlook in claim_outlooks if not outlook.foreseen]
     yield (
-        f"{name}: {len(weak)} of {len(known)} claims are weak, as their planned trials"
-        " cannot confirm them"
+        f"{name}: {len(weak)} of {len(known)} claims are weak: the planned trials"
+        " cannot confirm these claims"
     )
     for outlook in sorted(known, key=lambda outlook: outlook not in weak):
         if outlook.foreseen:
             mark = "weak  " if outlook in weak else "      "
             yield f"  {mark}{_line(outlook.claim, outlook.foreseen)}"
     if unknown:
-        yield f"  no trial to judge from: {', '.join(unknown)}"
+        yield f"  no pilot trials: {', '.join(unknown)}"
 
 
 def _line(claim: Claim, foreseen: Foreseen) -> str:
-    text = f"{claim.id}: {foreseen.trials:,} trials notice {brief(foreseen.noticeable)}"
+    text = f"{claim.id}: {foreseen.trials:,} trials detect {brief(foreseen.noticeable)}"
     if foreseen.margin < math.inf:
         text += f", the margin is {brief(foreseen.margin)}"
-        does = "would notice it"
+        does = "would detect the margin"
     else:
-        does = "would decide it if our mean stayed"
+        does = "would decide the claim, for an unchanged mean"
     if foreseen.enough is None:
-        return f"{text}; no number {does}"
-    return f"{text}; about {foreseen.enough:,} {does}"
+        return f"{text}; no number of trials {does}"
+    return f"{text}; about {foreseen.enough:,} trials {does}"

@@ -31,7 +31,7 @@ class Drawn(NamedTuple):
     """A row in the unit of its panel.
 
     `ours` is our estimate. `intervals` has two confidence intervals with line widths.
-    `wide` is True if the expectation has two bounds, and so a width.
+    `wide` is True for an expectation with two bounds.
     """
 
     row: Row
@@ -51,7 +51,7 @@ def forest_figure(title: str, rows: Sequence[Row], family: int) -> Figure:
     rows : sequence of Row
         Rows in the order of the plot, at least one with a confidence interval.
     family : int
-        Number of claims whose intervals are simultaneous.
+        Number of claims with simultaneous intervals.
     """
     drawn = [shown for row in rows if (shown := _scaled(row))]
     panels = [
@@ -69,15 +69,15 @@ def forest_figure(title: str, rows: Sequence[Row], family: int) -> Figure:
         places[0, 0].set_title(title)
         note(
             figure,
-            "thick line: 95 % interval; thin line: the simultaneous interval that"
-            f" decides (Bonferroni, {family} claims); {BAND}; hollow: a fit, not"
-            " counted",
+            "thick line: 95 % confidence interval; thin line: simultaneous interval"
+            f" for the verdict (Bonferroni, {family} claims); {BAND}; hollow: a fit,"
+            " not counted",
         )
     return figure
 
 
 def _scaled(row: Row) -> Drawn | None:
-    """Return a row in the unit of its panel; None if nothing was measured."""
+    """Return a row in the unit of the panel; None without a measured value."""
     expect = row.claim.expect
     verdict = row.verdict
     measured = row.measured
@@ -98,7 +98,7 @@ def _scaled(row: Row) -> Drawn | None:
 
 
 def _panel(axes: Axes, panel: Sequence[Drawn]) -> None:
-    """Draw rows below each other, with their numbers on the right."""
+    """Draw rows below each other, with numbers on the right."""
     frame_panel(axes, wide=panel[0].wide)
     for place, drawn in enumerate(panel):
         look = LOOK[drawn.row.verdict.status]

@@ -3,7 +3,7 @@
 `make documents` writes the headline between two marks. The numbers of statements, exact
 results, hypotheses and fits follow from the claims. Verdicts are read from the stored
 scorecard. The repository has no results. So the verdicts of a publication without a
-stored scorecard are unchanged, as long as the number of its statements is the same.
+stored scorecard are unchanged, as long as the number of statements is unchanged.
 """
 
 import re
@@ -48,7 +48,7 @@ def counted(publication: Publication) -> dict[Group, int]:
 def known_verdicts(
     block: str, results: Path, publications: Sequence[Publication]
 ) -> Verdicts:
-    """Return the verdicts of a headline, replaced by those of the stored scorecard.
+    """Return the verdicts of a headline, updated from the stored scorecard.
 
     Parameters
     ----------
@@ -89,7 +89,9 @@ def read_verdicts(results: Path, publications: Sequence[Publication]) -> Verdict
     except FileNotFoundError:
         return {}
     except (OSError, ValueError) as error:
-        raise StoreError(f"{path}: {error}; remove it and reproduce again") from None
+        raise StoreError(
+            f"{path}: {error}; delete the file and reproduce again"
+        ) from None
     if content["scale"] != FULL:
         return {}
     selected = [document for document in content["documents"] if document["asked"]]
@@ -117,7 +119,8 @@ def _with_same_count(
 def headline(publications: Sequence[Publication], verdicts: Verdicts) -> str:
     """Return the table in Markdown, with the marks.
 
-    Where some publications have verdicts, the statements of the others are not run.
+    If some publications have verdicts, the statements of all remaining publications
+    are "not run".
     """
     shown = [status for status in ORDER[::-1] if verdicts]
     apart = GROUPS[1:]
@@ -137,7 +140,7 @@ def headline(publications: Sequence[Publication], verdicts: Verdicts) -> str:
 
 
 def rows(block: str) -> list[dict[str, str]]:
-    """Return the rows of a headline, by the names of its columns."""
+    """Return the rows of a headline, by the names of columns."""
     lines = [
         [cell.strip() for cell in line.strip("|").split("|")]
         for line in block.splitlines()
@@ -149,8 +152,8 @@ def rows(block: str) -> list[dict[str, str]]:
 def main() -> None:
     """Write the headline into the file that the first argument names.
 
-    The second argument is the folder of the publications, the third that of the
-    results.
+    The second argument is the folder of the publications, the third argument the folder
+    of results.
     """
     readme, experiments, results = map(Path, sys.argv[1:])
     publications = read_without_code(experiments)

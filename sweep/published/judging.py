@@ -1,4 +1,4 @@
-"""Verdicts on the claims of a publication by its stored trials."""
+"""Verdicts on the claims of a publication by stored trials."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -27,15 +27,15 @@ from sweep.published.verdicts import (
 from sweep.spec import Study
 from sweep.tables import StoredStudy
 
-NOT_ASKED = f"not asked for: its code, {CODE}, was not run"
+NOT_ASKED = f"not requested: the code, {CODE}, did not run"
 NO_RESULT = ("missing", "failed", "timeout")
-"""Statuses of planned trials without a result; a trial that diverged has one."""
+"""Statuses of planned trials without a result; a diverged trial has a result."""
 
 Stored = Mapping[str, StoredStudy]
 
 
 class Row(NamedTuple):
-    """A claim, its verdict and its measured values, None if there are none."""
+    """A claim, the verdict and the measured values; None without values."""
 
     claim: Claim
     verdict: Verdict
@@ -45,7 +45,7 @@ class Row(NamedTuple):
 def stored_studies(publication: Publication, results: Path) -> dict[str, StoredStudy]:
     """Return the stored studies of a publication by spec.
 
-    A study counts if it has the same spec and code, and at least one finished trial.
+    A study counts if spec and code are unchanged, and at least one trial is finished.
     """
     usable = {}
     for spec, study in publication.studies.items():
@@ -65,7 +65,7 @@ def _stored(study: Study, results: Path, clock: int) -> StoredStudy:
 
 
 def judged(publication: Publication, stored: Stored) -> tuple[list[Row], list[str]]:
-    """Return the rows of a publication in the order of its claims, and the failures.
+    """Return the rows of a publication in the order of claims, and the failures.
 
     `stored` has the stored studies by spec.
     """
@@ -77,18 +77,18 @@ def judged(publication: Publication, stored: Stored) -> tuple[list[Row], list[st
             rows.append(_row(publication, claim, stored, gaps))
         except MeasureError as error:
             failures.append(f"claim {publication.name}/{claim.id}: {error}")
-            rows.append(Row(claim, untestable(f"its measure failed: {error}")))
+            rows.append(Row(claim, untestable(f"the measure failed: {error}")))
     return rows, failures
 
 
 def _gap(study: StoredStudy) -> str:
-    """Return in words the missing trials of a study; "" if none is missing."""
+    """Return in words the missing trials of a study; "" for a complete study."""
     counts = study.statuses()
     planned = counts.total()
     missing = sum(counts[status] for status in NO_RESULT)
     if missing:
         present = planned - missing
-        return f"{present:,} of {planned:,} trials of {study.name} are there"
+        return f"{present:,} of {planned:,} trials of {study.name} are stored"
     whys = (method.unfinished(study) for method in methods().values())
     return next(filter(None, whys), "")
 

@@ -1,7 +1,7 @@
 """Claims of different units in one figure, each in units of its margin.
 
-A published number or range is at 0, and its margin with the rounding is from -1 to 1. A
-single bound has no margin. The distance to its expected side is in half-widths of the
+A published number or range is at 0. The margin with the rounding is from -1 to 1. A
+single bound has no margin. The distance to the expected side is in half-widths of the
 simultaneous confidence interval. An interval to the right of 0 confirms the claim.
 """
 
@@ -27,20 +27,20 @@ EDGE = 4.0
 ROW = 0.17
 """Height in inches of a row."""
 PANEL = 0.75
-"""Height in inches of a panel, without its rows."""
+"""Height in inches of a panel, without rows."""
 FRAME = 1.0
-"""Height in inches of a figure, without its panels."""
+"""Height in inches of a figure, without panels."""
 LOOK: Mapping[Status, tuple[str, str]] = {
     "confirmed": (BLUE, "o"),
     "refuted": (VERMILION, "s"),
     "undecided": (PURPLE, "^"),
     "partial": (GREY, "D"),
 }
-AXES = {True: "ours - published (margins)", False: "beyond the bound (half widths)"}
-"""Axis labels of the two panels: claims with a width, and those with a single bound."""
+AXES = {True: "ours - published (margins)", False: "beyond the bound (half-widths)"}
+"""Axis labels of the two panels: claims with a width, and with a single bound."""
 BAND = (
-    "band: what is expected, a margin with the rounding or all beyond a bound; arrow:"
-    f" farther than {EDGE:g}"
+    "band: expected values (margin and rounding, or beyond a bound); arrow: farther"
+    f" than {EDGE:g}"
 )
 
 
@@ -50,7 +50,7 @@ class Margins(NamedTuple):
     Attributes
     ----------
     wide : bool
-        True if the expectation has two bounds, and so a width.
+        True for an expectation with two bounds.
     zero : float
         Value at 0.
     unit : float

@@ -1,8 +1,8 @@
 """Quantities that claims measure in the trials of a study.
 
-They are read from `published.yaml` and checked against the design of the study. Every
-mistake in a measure is reported before any trial runs: unknown parameters, values that
-no point has, metrics and frames that are not recorded.
+Measures are read from `published.yaml` and checked against the design of the study.
+Every mistake in a measure is reported before any trial runs: unknown parameters, values
+that no point has, metrics and frames that are not recorded.
 """
 
 from collections.abc import Collection, Iterable, Mapping
@@ -25,8 +25,9 @@ KINDS = ("mean", "difference", "rank_correlation", "call", "transition")
 class Mean:
     """The mean of a metric: of a column of the trials, or of a series over `frames`.
 
-    Both ends of `frames` are included. `unit` is the independent unit: a trial, the
-    mean over the trials of a point, or the mean over the trials of a replicate.
+    `frames` includes the first and the last frame. `unit` is the independent unit: a
+    trial, the mean over the trials of a point, or the mean over the trials of a
+    replicate.
     """
 
     spec: str
@@ -48,7 +49,7 @@ class MeanDifference:
 class RankCorrelation:
     """Spearman's correlation between a parameter and the mean of a column.
 
-    The correlation is over points, the mean of a point over its trials.
+    The correlation is over points. The mean of a point is over trials.
     """
 
     spec: str
@@ -61,9 +62,9 @@ class RankCorrelation:
 class Call:
     """The independent values that a function of figures.py returns.
 
-    For a difference the function returns two arrays. It gets the studies, and
-    `settings` as keyword arguments. `distribution` is the distribution of its values,
-    as metrics declare it.
+    For a difference the function returns two arrays. The arguments of the function are
+    the studies, and `settings` as keyword arguments. `distribution` is the distribution
+    of the values, in the words of metrics.
     """
 
     function: str
@@ -75,7 +76,7 @@ class Call:
 class Transition:
     """The order of a transition, by a recorded series of flocks of several sizes.
 
-    The order is the one that `sweep scaling` reports for these points.
+    `sweep scaling` reports an equal order for the points.
     """
 
     spec: str
@@ -89,7 +90,7 @@ Measure = Mean | MeanDifference | RankCorrelation | Call | Transition
 def specs_of(measure: Measure, specs: Iterable[str]) -> list[str]:
     """Return the specs whose trials a measure needs.
 
-    A function of figures.py needs all of them, `specs`.
+    A function of figures.py needs all `specs`.
     """
     if isinstance(measure, Call):
         return list(specs)
@@ -100,9 +101,9 @@ def specs_of(measure: Measure, specs: Iterable[str]) -> list[str]:
 
 @dataclass(frozen=True)
 class MeasuredTrials:
-    """Trials that a measure reads: a spec, and the parameters of their points.
+    """Trials that a measure reads: a spec, and the parameters of points.
 
-    `column` is None for frames of a series, and where the column is not known.
+    `column` is None for frames of a series, and for an unknown column.
     """
 
     spec: str
@@ -125,7 +126,7 @@ def trials_read(measure: Measure, spec: str) -> list[MeasuredTrials]:
 
 
 def columns_read(measure: Measure) -> list[tuple[str, str]]:
-    """Return the columns that a measure reads, each after its spec.
+    """Return the columns that a measure reads, each after the spec.
 
     The columns that a function of figures.py reads are not known.
     """
@@ -143,9 +144,9 @@ def columns_read(measure: Measure) -> list[tuple[str, str]]:
 def misfit(
     measure: Measure, spec: str, designs: Mapping[str, tuple[Study, Design]]
 ) -> str:
-    """Return why a measure does not fit other designs of its specs; "" if it fits.
+    """Return why a measure does not fit other designs of the specs; "" for a fit.
 
-    A measure does not fit if no point has its parameters, or if its frames are not
+    A measure does not fit if no point has the parameters, or if frames are not
     recorded.
 
     Parameters
@@ -255,8 +256,8 @@ class MeasureReader:
         declared = entry.get("distribution")
         if declared is None:
             raise entry.error(
-                'missing key "distribution": how the values of'
-                f" {function} vary, one of {', '.join(distributions)}"
+                'missing key "distribution", the distribution of the values of'
+                f" {function}; allowed: {', '.join(distributions)}"
             )
         distribution = declared.one_of("distribution", distributions)
         return Call(function, cast(Distribution, distribution), settings)
@@ -305,7 +306,7 @@ class MeasureReader:
         settings = _settings(entry.get("for"), study, chooser)
         numbers = chooser.values("n")[chooser.having(settings)]
         if len(np.unique(numbers)) < 2:
-            raise series.error(f"{study.name} has flocks of one size there")
+            raise series.error(f"{study.name} has flocks of a single size; use several")
         return Transition(spec, self._series(series, study), settings)
 
     def _column(self, entry: Entry, study: Study) -> str:
@@ -336,19 +337,19 @@ class MeasureReader:
             if not _recorded(first, last, int(steps), study.record.every):
                 where = cast(Entry, frame or frames)
                 raise where.error(
-                    f"no frame is recorded there: frames are 0, {study.record.every},"
-                    f" ... and the last, {steps}"
+                    f"no recorded frame; allowed: 0, {study.record.every}, ... and the"
+                    f" last frame, {steps}"
                 )
         return first, last
 
     def _unit(self, entry: Entry, points: int) -> Unit:
         unit = entry.get("unit")
         if points == 1 and unit:
-            raise unit.error('only one point is left: "unit" has no meaning')
+            raise unit.error('"unit" has no meaning for a single point; delete "unit"')
         if points > 1 and not unit:
             raise entry.error(
-                f'{points:,} points are left: "unit" must say what counts as one'
-                " independent value (trial, point or replicate)"
+                f'{points:,} points: "unit" must name the independent value (trial,'
+                " point or replicate)"
             )
         return cast(Unit, unit.one_of("unit", get_args(Unit))) if unit else "trial"
 
@@ -370,7 +371,7 @@ def _chooser(design: Design) -> Chooser:
 def _settings(entry: Entry | None, study: Study, chooser: Chooser) -> dict[str, Value]:
     """Return the parameters under `for`.
 
-    Raises SpecError where no point has them. The error lists the values that exist.
+    Raises SpecError, with a list of existing values, if no point has the parameters.
     """
     settings: dict[str, Value] = {}
     for name, child in entry.mapping() if entry else ():

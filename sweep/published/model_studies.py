@@ -31,8 +31,8 @@ WORKERS = 2
 CPU_SECONDS = 12.0
 """Largest CPU time in seconds of all trials.
 
-With two workers, such a study takes at most about ten seconds, the start of Python
-included.
+With two workers, a study takes at most about ten seconds, including the start of
+Python.
 """
 FEWEST_TRIALS = 4
 """Fewest trials per point."""
@@ -45,20 +45,20 @@ FRAMES = 100
 HEAD = """\
 
 # A small study of {model}: {wall} with {workers} workers. The first launch also
-# compiles the model, about 15 s of an idle core. Then `sweep table {study}` and
-# `sweep plot {study}`. `sweep models {model}` lists all settings, `sweep metrics`
-# what can be recorded, and `sweep guide writing` what else a spec can have. Say what
-# the study is for in a comment above this one and its empty line: `sweep odd` has it.
+# compiles the model, about 15 s on an idle core. Then run `sweep table {study}` and
+# `sweep plot {study}`. `sweep models {model}` lists all parameters, `sweep metrics`
+# all metrics, and `sweep guide writing` the keys of a spec. Describe the purpose of
+# the study in a comment above this comment and the empty line, for `sweep odd`.
 """
-"""First comment of a spec. Its first line is empty.
+"""First comment of a spec.
 
-So the comment does not count as the description of the purpose of a study.
+The first line is empty, so that the comment does not count as the purpose of a study.
 """
 
 
 @dataclass(frozen=True)
 class _Model:
-    """A model, with its name in a spec, its name in the catalogue, and its preset."""
+    """A model, with the name in a spec, the name in the catalogue, and a preset."""
 
     reference: str
     name: str
@@ -78,16 +78,16 @@ def begin_with_model(
 ) -> Begun:
     """Write the spec of a small study that varies one parameter of a model.
 
-    Nothing is written if an error is raised.
+    After an error, no file is written.
 
     Parameters
     ----------
     model : str
-        A name that `sweep models` lists, or a file such as ./NAME.py, whose code runs.
+        A name that `sweep models` lists, or a file such as ./NAME.py, which runs.
     path : Path, optional
         File of the new spec; by default the name of the model.
     preset : str, default ""
-        Preset of the model; "" for the usual one.
+        Preset of the model; "" for the usual preset.
     force : bool, default False
         Allow to replace an existing file.
 
@@ -119,7 +119,7 @@ def begin_with_model(
 
 
 def _as_named(model: str, folder: Path) -> str:
-    """Return the name of a model, with its file relative to `folder`."""
+    """Return the name of a model, with the file relative to `folder`."""
     file, colon, name = model.partition(":")
     if not file.startswith("."):
         return model
@@ -129,7 +129,7 @@ def _as_named(model: str, folder: Path) -> str:
 
 def _first_that_can_be(model: _Model, target: Path) -> Study:
     """Return the study of the first parameter that can be varied by FACTORS."""
-    error = SpecError(f"{model.reference}: no setting of this model can be varied")
+    error = SpecError(f"{model.reference}: no parameter of this model can be varied")
     for setting in _varied(model):
         try:
             return _of_a_size(model, setting, target)
@@ -139,7 +139,7 @@ def _first_that_can_be(model: _Model, target: Path) -> Study:
 
 
 def _varied(model: _Model) -> Iterator[Setting]:
-    """Yield the numbers that may vary: weights of rules, other numbers, and n."""
+    """Yield the numbers that may vary: weights of rules, further numbers, and n."""
     settings = model.settings()
     numbers = [
         setting
@@ -205,7 +205,7 @@ def _plain(value: float) -> float:
 
 
 def _meanings(model: _Model) -> Callable[[str, str], str]:
-    """Return a function that explains a key, by its parent key and its name."""
+    """Return a function that explains a key, by parent key and name."""
     keys = {"": keys_of(Study), "record": keys_of(RecordSpec)}
     texts = {
         under: {key.name: key.text for key in all_} for under, all_ in keys.items()

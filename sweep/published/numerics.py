@@ -1,7 +1,8 @@
 """Numerics: variants that differ only in numerical error and chance.
 
-They have half the time step, another order of updates, or another seed. Verdicts that
-the seed turns, turn by chance. Their number is the baseline for the other variants.
+A variant has half the time step, another order of updates, or another seed. A verdict
+that depends on the seed is due to chance. The number of such verdicts is the baseline
+for further variants.
 """
 
 from collections.abc import Callable, Mapping
@@ -29,7 +30,7 @@ PARTS = 2
 def numerics(publication: Publication) -> Makers:
     """Return the numerics of a publication.
 
-    They are `dt-half`, `update-synchronous` or another order, and `seed-other`.
+    The variants are `dt-half`, `update-synchronous` or another order, and `seed-other`.
     """
     studies = needed_studies(publication)
     seeds = {
@@ -50,12 +51,12 @@ def numerics(publication: Publication) -> Makers:
 
 
 def _half_step(publication: Publication, studies: Mapping[str, Study]) -> Variant:
-    """Return the variant with half the time step, as `validate` divides it.
+    """Return the variant with half the time step, by the rules of `validate`.
 
-    It has twice the steps, and frames at the same times. Parameters that act once per
-    step change by their rules. Its studies are converted to the steps of the original,
-    so that each claim finds its frames, durations and parameters. Claims on metrics
-    over one step are not judged: see sweep.published.clocks.
+    The variant has twice the steps, and frames at unchanged times. Parameters that act
+    once per step change accordingly. The studies are converted to the original steps,
+    so that each claim finds frames, durations and parameters. Claims on metrics over
+    one step are not judged: see sweep.published.clocks.
     """
     changes = {}
     refused = {}
@@ -63,7 +64,7 @@ def _half_step(publication: Publication, studies: Mapping[str, Study]) -> Varian
         try:
             keys = in_parts(study, PARTS)
         except ValueError as error:
-            refused[spec] = f"{spec}.yaml cannot have half a step: {error}"
+            refused[spec] = f"{spec}.yaml cannot have half a time step: {error}"
         else:
             changes[spec] = SpecChange(keys.pop(FIXED, {}), keys)
     return altered(
@@ -110,7 +111,7 @@ def _other_updates(publication: Publication, studies: Mapping[str, Study]) -> Ma
 
 
 def _other_seeds(study: Study) -> dict[str, Any]:
-    """Return the seed, and the literal seeds where a spec has some, plus 1."""
+    """Return the seed plus 1, and literal seeds of a spec plus 1."""
     other: dict[str, Any] = {"seed": study.seed + 1}
     if study.seeds is not None:
         other["seeds"] = [seed + 1 for seed in study.seeds]

@@ -32,16 +32,16 @@ from sweep.published.turned import DocumentVariants, Estimated, Turned
 from sweep.published.verdicts import OfOrder, Status, brief
 
 LABELS = 4.2
-"""Width in inches of the texts beside all columns."""
+"""Width in inches of the texts next to all columns."""
 COLUMN = 2.2
 """Width in inches of a column."""
 BELOW = 0.28
-"""Distance in rows of the estimate of a variant below the one without a change."""
+"""Distance in rows of the estimate of a variant below the unchanged estimate."""
 JUDGED: tuple[Status, ...] = ("confirmed", "refuted", "undecided")
 
 
 class Compared(NamedTuple):
-    """A claim, its scale in the figure, and its estimate without a change."""
+    """A claim, the scale in the figure, and the estimate without a change."""
 
     claim: str
     margins: Margins
@@ -62,7 +62,7 @@ def numerics_figure(
     variants : DocumentVariants
         Effects of the numerics of the publication.
     family : int
-        Number of claims whose intervals are simultaneous.
+        Number of claims with simultaneous intervals.
     """
     rows = compared(claims, variants)
     panels = [
@@ -92,9 +92,9 @@ def numerics_figure(
         name_verdicts(figure, places[0, 0], JUDGED)
         note(
             figure,
-            "grey: without a change; coloured: with it; lines: the simultaneous"
-            f" intervals that decide (Bonferroni, {family} claims); red ground: another"
-            f" verdict; right: without a change (expected), n trials; {BAND}",
+            "grey: without a change; coloured: with the change; lines: simultaneous"
+            f" intervals for the verdict (Bonferroni, {family} claims); red ground:"
+            f" another verdict; right: without a change (expected), n trials; {BAND}",
         )
     return figure
 

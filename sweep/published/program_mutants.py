@@ -1,9 +1,9 @@
 """Mutants of the program: plain mistakes in our code, each tried on every publication.
 
-The mutants show which mistakes the claims would notice. Each mistake is made in a copy
+The mutants show which mistakes the claims would detect. Each mistake is made in a copy
 of our packages, which a separate process runs (DeMillo, Lipton and Sayward 1978,
-Computer 11, 34-41). The program itself is unchanged. The copy has its own code hashes.
-So nothing that the copy computes or compiles is mistaken for a result of the program.
+Computer 11, 34-41). The program is unchanged. The copy has different code hashes. So
+results and compiled code of the copy stay separate from the program.
 """
 
 import shutil
@@ -16,10 +16,10 @@ import kernels
 SWEEP = Path(__file__).parents[1]
 KERNELS = Path(kernels.__file__).parent
 HOLDER = SWEEP.parent
-"""Folder that has both packages, at any depth."""
+"""Folder that has the two packages, at any depth."""
 NO_CODE = ("__pycache__", "experiments")
 OF_TRIALS = ("sweep/design/", "sweep/trial/")
-"""Folders where a mistake changes trials whose ids are unchanged."""
+"""Folders in which a mistake changes trials without a change of ids."""
 
 
 class ProgramMutant(NamedTuple):
@@ -42,7 +42,7 @@ class ProgramMutant(NamedTuple):
         needed : iterable of str
             Specs whose trials are needed.
         same : iterable of str
-            Specs whose stored trials have the same code in the copy.
+            Specs whose stored trials have unchanged code in the copy.
         """
         if self.file.startswith(OF_TRIALS):
             return {*needed}
@@ -77,31 +77,31 @@ values[f] = 0.0
 
 PROGRAM_MUTANTS: Mapping[str, ProgramMutant] = {
     "edge-of-range": ProgramMutant(
-        "a neighbour exactly at the range counts where it should not, and the reverse",
+        "a neighbour exactly at the range counts if it should not, and vice versa",
         "kernels/neighbours.py",
         "np.nextafter(square, np.inf) if inclusive else square",
         "square if inclusive else np.nextafter(square, np.inf)",
     ),
     "blind-across-borders": ProgramMutant(
-        "boids do not see each other across the borders of a torus",
+        "boids do not perceive each other across periodic boundaries",
         "kernels/torus.py",
         "0.5 * period",
         "2.0 * period",
     ),
     "one-seed": ProgramMutant(
-        "all replicates have the random numbers of the first",
+        "all replicates have the random numbers of the first replicate",
         "sweep/design/jobs.py",
         "replicate = 0 if job.literal else job.replicate",
         "replicate = 0",
     ),
     "last-third": ProgramMutant(
-        "means are those of the last third of a trial, not of its last half",
+        "means are over the last third of a trial, not over the second half",
         "sweep/trial/derived.py",
         "late = 2 * frames > steps",
         "late = 3 * frames > 2 * steps",
     ),
     "start-for-end": ProgramMutant(
-        "the value of the first frame stands in the place of that of the last",
+        "the value of the first frame replaces the value of the last frame",
         "sweep/trial/derived.py",
         "float(value[-1])",
         "float(value[0])",
@@ -119,7 +119,7 @@ PROGRAM_MUTANTS: Mapping[str, ProgramMutant] = {
         "values[f] = math.sqrt(x * x + y * y) / (n - 1)",
     ),
     "largest-radius": ProgramMutant(
-        "the radius of a flock is the largest distance from its centre, not the mean",
+        "the radius of a flock is the largest distance from the centre, not the mean",
         "kernels/metrics/shape.py",
         MEAN_RADIUS,
         LARGEST_RADIUS,
@@ -131,22 +131,22 @@ PROGRAM_MUTANTS: Mapping[str, ProgramMutant] = {
         "values[f] = total / n",
     ),
     "no-family": ProgramMutant(
-        "each claim is judged as if it were the only one of its document",
+        "each claim is judged as if it were the only claim of the publication",
         "sweep/published/verdicts.py",
         "simultaneous_confidence(max(family, 1))",
         "simultaneous_confidence(1)",
     ),
     "swapped-arms": ProgramMutant(
-        "the first arm of a difference is taken from the second",
+        "the first arm of a difference is subtracted from the second arm",
         "sweep/published/estimates.py",
         "for side in (difference.first, difference.second)",
         "for side in (difference.second, difference.first)",
     ),
     "spread-for-error": ProgramMutant(
-        "the standard deviation stands in the place of the standard error",
+        "the standard deviation replaces the standard error",
         "sweep/analysis/estimate.py",
         "sample.variance * (1.0 / sample.n + extra)",
         "sample.variance * (1.0 + extra)",
     ),
 }
-"""Mutants of the program by name; mutants of a publication have other names."""
+"""Mutants of the program by name; mutants of a publication have different names."""

@@ -1,6 +1,6 @@
-"""Publications: `published.yaml`, beside the specs of a study, is read and checked.
+"""Publications: `published.yaml`, next to the specs of a study, is read and checked.
 
-A publication has specs that test its claims. Its figures.py has the figures, and the
+A publication has specs that test the claims. A figures.py has the figures, and the
 functions that claims call. At the quick scale, each spec has the changes that the file
 lists. Results of the quick scale are stored under another name.
 """
@@ -32,12 +32,12 @@ QUICK = "quick"
 MUTANTS = "mutants"
 FIXED = "fixed"
 ALL = "all"
-"""Key of the changes of a mutant to every spec of its publication."""
+"""Key of the changes of a mutant to every spec of a publication."""
 
 
 @dataclass(frozen=True)
 class Contradiction:
-    """A place where a paper contradicts itself or its own data."""
+    """A place with a contradiction within a publication, or with its data."""
 
     where: str
     says: str
@@ -45,7 +45,7 @@ class Contradiction:
 
 @dataclass(frozen=True)
 class Mutant:
-    """A wrong version of the studies of a publication, which its claims must notice.
+    """A wrong version of the studies of a publication, which claims must detect.
 
     Attributes
     ----------
@@ -63,11 +63,11 @@ class Mutant:
 
 @dataclass(frozen=True)
 class Publication:
-    """A publication: its claims, its figures, and the studies that test it, by spec.
+    """A publication: claims, figures, and the studies for the tests, by spec.
 
     The code of a publication that is not `selected` is not run. Such a publication has
-    no figures, and its claims have no measures. `clocks` has entries for studies with a
-    shorter time step: by spec, the number of their steps per step of the claims and
+    no figures, and the claims have no measures. `clocks` has entries for studies with a
+    shorter time step: by spec, the number of short steps per step of the claims and
     functions.
     """
 
@@ -90,7 +90,7 @@ class Publication:
 
     @property
     def family(self) -> int:
-        """Number of counted claims, whose verdicts must be simultaneous."""
+        """Number of counted claims, which need simultaneous verdicts."""
         return sum(claim.counted for claim in self.claims)
 
 
@@ -109,7 +109,7 @@ def code_files(experiments: Path, only: Collection[str] = ()) -> list[Path]:
 
 
 def _code(spec: Path) -> list[Path]:
-    """Return the files that a spec runs; none for a spec that is not valid."""
+    """Return the files that a spec runs; empty for a spec that is not valid."""
     try:
         return code_of(spec)
     except SpecError:
@@ -117,7 +117,7 @@ def _code(spec: Path) -> list[Path]:
 
 
 def _specs(file: Path) -> list[Path]:
-    """Return the specs beside a published.yaml, in the order of their names."""
+    """Return the specs next to a published.yaml, in the order of names."""
     return sorted(path for path in file.parent.glob("*.yaml") if path.name != FILE)
 
 
@@ -136,8 +136,8 @@ def read_all(
     quick : bool
         Read the quick scale instead of the full scale.
     only : collection of str, default ()
-        Folders to select; () for all. The code of other folders is not run, and their
-        claims are not tested.
+        Folders to select; () for all. The code of other folders is not run, and claims
+        of other folders are not tested.
 
     Raises
     ------
@@ -160,8 +160,8 @@ def read_all(
             place = f"{publication.name}/{spec}.yaml"
             if study.name in owners:
                 mistakes.append(
-                    f'{place}: study "{study.name}" is that of {owners[study.name]}'
-                    " already"
+                    f'{place}: study "{study.name}" is already the study of'
+                    f" {owners[study.name]}"
                 )
             owners[study.name] = place
     if mistakes:
@@ -170,7 +170,7 @@ def read_all(
 
 
 def read_without_code(experiments: Path) -> list[Publication]:
-    """Return all publications, by name, without running their code.
+    """Return all publications, by name, without a run of any code.
 
     `experiments` has one folder per publication. Raises SpecError.
     """
@@ -183,11 +183,11 @@ def read_without_code(experiments: Path) -> list[Publication]:
 def _files(experiments: Path, only: Collection[str]) -> list[Path]:
     files = sorted(experiments.glob(f"*/{FILE}"))
     if not files:
-        raise SpecError(f"{experiments}: no folder in it has a {FILE}")
+        raise SpecError(f"{experiments}: no subfolder has a {FILE}")
     for file in files:
         for path in (*file.parent.glob("*.yaml"), file.with_name(CODE)):
             if path.exists() and not path.is_file():  # reading a pipe would never end
-                raise SpecError(f"{path}: is no ordinary file")
+                raise SpecError(f"{path}: not an ordinary file")
     names = [file.parent.name for file in files]
     for name in only:
         if name not in names:
@@ -213,7 +213,7 @@ def read_publication(
     selected : bool, default True
         Run the code of the publication.
     mutant : str, optional
-        Name of a mutant. Its specs have the changes of the mutant, and other names.
+        Name of a mutant. The specs have the changes of the mutant, and other names.
 
     Raises
     ------
@@ -262,7 +262,7 @@ def read_publication(
 
 
 def read_mutant(publication: Publication, mutant: str) -> Publication:
-    """Return the publication at the quick scale, as one of its mutants.
+    """Return a mutant of the publication at the quick scale.
 
     Raises SpecError.
     """
@@ -305,7 +305,7 @@ def _study(entry: Entry, folder: Path) -> Study:
 
 def _spec_file(entry: Entry, folder: Path) -> Path:
     if not isinstance(entry.value, dict):
-        raise entry.expected("a mapping, {} where the quick scale changes nothing")
+        raise entry.expected("a mapping; {} for a quick scale without changes")
     file = folder / f"{entry.name}.yaml"
     if not file.exists():
         names = [path.stem for path in _specs(folder / FILE)]
@@ -335,9 +335,9 @@ def _with_changes(file: Path, changes: Sequence[Entry], prefix: str) -> dict[str
 
 
 def _at_the_changes(entry: Entry, spec: str, error: SpecError) -> SpecError:
-    """Return the error of a changed spec, with the line of its changes.
+    """Return the error of a changed spec, with the line of the changes.
 
-    The line of the error itself is in the changed text, which is in no file.
+    The original line refers to the changed text, which is in no file.
     """
     text = "; ".join(str(mistake).split(": ", 1)[1] for mistake in error.mistakes)
     return entry.error(f"with these changes {spec}.yaml is wrong: {text}")
@@ -346,7 +346,8 @@ def _at_the_changes(entry: Entry, spec: str, error: SpecError) -> SpecError:
 def _change(spec: dict[str, Any], entry: Entry, path: Sequence[str]) -> None:
     """Put the value of `entry` into `spec`.
 
-    A spec without `fixed` gets one. In other paths, all keys but the last must exist.
+    The section `fixed` is added if missing. In other paths, all keys except the last
+    key must exist.
     """
     if path[0] == FIXED:
         spec.setdefault(FIXED, {})
@@ -383,7 +384,7 @@ def _mutants(entry: Entry | None, specs: Mapping[str, Entry]) -> list[Mutant]:
 def _try_changes(
     mutants: Sequence[Mutant], specs: Mapping[str, Entry], folder: Path
 ) -> None:
-    """Raise SpecError where the changes of a mutant do not give a valid spec."""
+    """Raise SpecError if the changes of a mutant do not give a valid spec."""
     for mutant in mutants:
         for spec, mutant_changes in mutant.changes.items():
             file = _spec_file(specs[spec], folder)

@@ -1,7 +1,7 @@
-"""Code of a publication: its figures.py, and the files that it imports relatively.
+"""Code of a publication: a figures.py, and all relatively imported files.
 
-figures.py, beside the specs, has figures and functions for claims. No other code of the
-folder is ever run. `sweep reproduce` prints the files that it runs.
+figures.py, next to the specs, has figures and functions for claims. Further code of the
+folder never runs. `sweep reproduce` prints the names of the files that run.
 """
 
 import ast
@@ -23,7 +23,7 @@ CODE = "figures.py"
 
 
 class _Readable(SourceFileLoader):
-    """A loader of the source that users can read, never of bytecode files."""
+    """A loader of readable source files, never of bytecode files."""
 
     def get_code(self, fullname: str) -> CodeType:
         path = self.get_filename(fullname)
@@ -31,7 +31,7 @@ class _Readable(SourceFileLoader):
 
 
 class _Beside(FileFinder):
-    """A finder of readable files of a folder, and of none in folders below it."""
+    """A finder of readable files of a folder, without subfolders."""
 
     def find_spec(
         self, fullname: str, target: ModuleType | None = None
@@ -41,20 +41,20 @@ class _Beside(FileFinder):
 
 
 def files_of_code(file: Path) -> list[Path]:
-    """Return a figures.py and the files beside it that are imported relatively.
+    """Return a figures.py and all relatively imported files of the folder.
 
-    Relative imports of these files count too.
-    A file that cannot be read, or is not Python, imports nothing.
+    Imports of imported files count, too. A file that cannot be read, or is not Python,
+    has no imports.
     """
     files = [file]
-    for source in files:  # it grows meanwhile
+    for source in files:  # the list grows meanwhile
         beside = [file.with_name(f"{name}.py") for name in _imported(source)]
         files += [path for path in beside if path.is_file() and path not in files]
     return files
 
 
 def _imported(file: Path) -> list[str]:
-    """Return the modules beside a file that the file imports, each once."""
+    """Return the modules in the folder of a file that the file imports, each once."""
     try:
         tree = ast.parse(file.read_bytes())
     except (OSError, SyntaxError, ValueError, RecursionError, MemoryError):
@@ -71,7 +71,7 @@ def _imported(file: Path) -> list[str]:
 
 
 def run_code(file: Path) -> dict[str, Any]:
-    """Return the names that a figures.py defines; none if there is no such file.
+    """Return the names that a figures.py defines; empty without such a file.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def run_code(file: Path) -> dict[str, Any]:
     folder = str(file.parent.resolve())
     for older in [loaded for loaded in sys.modules if loaded.startswith(f"{name}.")]:
         del sys.modules[older]
-    # What Python imports from the folder, it finds as `_Beside` says.
+    # `_Beside` finds the modules that Python imports from the folder.
     sys.path_importer_cache[folder] = _Beside(folder, (_Readable, [".py"]))
     loader = _Readable(name, str(file))
     spec = spec_from_file_location(
@@ -111,7 +111,7 @@ def run_code(file: Path) -> dict[str, Any]:
 def check_drawings(
     module: Mapping[str, Any], studies: Mapping[str, Study]
 ) -> dict[str, Drawing]:
-    """Return the drawings of a module, whose specs must be in `studies`.
+    """Return the drawings of a module. All specs must be in `studies`.
 
     Raises
     ------
@@ -126,7 +126,7 @@ def check_drawings(
         )
     for name, drawing in drawings.items():
         if not isinstance(name, str):
-            raise SpecError(f'figures.py: figure "{name}" must be named by a text')
+            raise SpecError(f'figures.py: figure "{name}" must have a string as name')
         if not NAME.fullmatch(name):
             raise SpecError(
                 f'figures.py: figure "{name}" is not a name of letters, digits,'

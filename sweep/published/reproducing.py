@@ -1,4 +1,4 @@
-"""Reproduce everything that was published.
+"""Reproduction of all publications.
 
 Missing trials run, figures that are out of date are drawn, all claims are judged, and
 the page is written.
@@ -36,9 +36,9 @@ from sweep.workers import ExecutorFactory
 
 
 class PageFolder(NamedTuple):
-    """Folder for pages and figures, with their watermark; "" for none.
+    """Folder for pages and figures, with a watermark; "" for no watermark.
 
-    `results` is the folder that the user has named; `root` is this folder or below it.
+    `results` is the folder that the user has named; contains `root` or equals `root`.
     """
 
     root: Path
@@ -48,7 +48,7 @@ class PageFolder(NamedTuple):
 
 @dataclass
 class Outcome:
-    """Counts of a reproduction, and its failures.
+    """Counts and failures of a reproduction.
 
     Attributes
     ----------
@@ -82,7 +82,7 @@ class Outcome:
     def whole(self) -> bool:
         """True if all trials, figures and measures were completed.
 
-        Verdicts do not matter here: they are results.
+        Verdicts do not matter, because verdicts are results.
         """
         return not self.not_done and not self.failures
 
@@ -99,7 +99,7 @@ class Outcome:
         lines.append(f"figures: {self.drawn} drawn, {self.up_to_date} up to date")
         for document, statuses in self.statements.items():
             counts = [f"{count} {status}" for status, count in sorted(statuses.items())]
-            text = ", ".join(counts) or "none was compared with the document"
+            text = ", ".join(counts) or "not compared with the publication"
             lines.append(f"statements of {document}: {text}")
         return "\n".join([*lines, f"time: {times}", f"page: {self.page}"])
 
@@ -120,8 +120,8 @@ def reproduce(
     Parameters
     ----------
     publications : sequence of Publication
-        All publications. The selected ones are run, drawn and shown on the page. One
-        line names the others.
+        All publications. Selected publications are run, drawn and shown on the page.
+        One line names the publications that are not selected.
     results : Path
         Folder with the stored studies.
     engine : ExecutorFactory
@@ -134,7 +134,7 @@ def reproduce(
     Raises
     ------
     SpecError, StoreError
-        In the cases of a launch; StoreError for a damaged file of variants too.
+        In the cases of a launch; also StoreError for a damaged file of variants.
     OutputError
         If the page cannot be written.
     """
@@ -166,7 +166,7 @@ def reproduce(
             if file.possible:
                 _draw(file, label, outcome)
             else:
-                outcome.failures.append(f"{label}: no trial of what it shows is done")
+                outcome.failures.append(f"{label}: no trial of the figure is done")
     times.append(time.monotonic())
     sections = [
         _section(
@@ -205,7 +205,7 @@ def _section(
     tried: DocumentVariants | None,
     outcome: Outcome,
 ) -> Section:
-    """Return the section of a publication, and draw the figures of its claims."""
+    """Return the section of a publication, and draw the figures of claims."""
     rows, failures = judged(publication, stored)
     outcome.failures += failures
     if tried and tried.inputs != fingerprint(publication):
@@ -219,7 +219,7 @@ def _section(
         if file
     ]
     for file in of_claims:
-        _draw(file, f"picture {file.name} of {publication.name}", outcome)
+        _draw(file, f"figure {file.name} of {publication.name}", outcome)
     section = Section(
         publication=publication,
         rows=rows,

@@ -25,7 +25,7 @@ def run_studies(
     engine: ExecutorFactory,
     display: Callable[[str], Display],
 ) -> Ran:
-    """Run the missing trials of each study, and print a summary of each.
+    """Run the missing trials of each study, and print one summary per study.
 
     Errors are those of a launch.
 

@@ -1,6 +1,6 @@
 """The scorecard: rows of each publication, one per claim, and the counts.
 
-HTML, Markdown and JSON show it.
+The scorecard is available as HTML, Markdown and JSON.
 """
 
 import math
@@ -32,7 +32,7 @@ from sweep.published.verdicts import (
 )
 from sweep.store import device_said
 
-TITLE = "What of the published results could be reproduced"
+TITLE = "Reproducibility of the published results"
 ORDER: tuple[Status, ...] = (
     "refuted",
     "undecided",
@@ -54,30 +54,30 @@ LISTED: dict[Status, str] = {
     "undecided": "Undecided",
     "not testable": "Not testable",
 }
-"""Verdicts whose rows are listed above all tables, and their headings."""
+"""Verdicts whose rows are listed above all tables, with headings."""
 COUNTED: dict[Group, str] = {
-    "statement": "Statements of the documents",
-    "exact": "Exact results, which need no document",
-    "hypothesis": "Hypotheses of ours, and what was not compared with the document",
-    "fit": "Tests of what was fitted to them: shown, not counted",
+    "statement": "Statements of the publications",
+    "exact": "Exact results, which need no publication",
+    "hypothesis": "Our own hypotheses, and claims not compared with the publication",
+    "fit": "Tests of fitted values: shown, not counted",
 }
 HEADINGS = (
     "claim",
     "published",
-    "ours, 95 % interval",
+    "our estimate, 95 % interval",
     "trials",
     "noticeable",
     "verdict",
-    "what turns it",
+    "variants with another verdict",
     "see",
 )
-UNTURNED = "no mutant turns it"
+UNTURNED = "no mutant changes the verdict"
 TRIED: dict[Kind, str] = {
-    "mutants": "Mutants that are noticed",
-    "details": "Details that turn verdicts",
-    "numerics": "Verdicts that another time step, order or seed turns",
+    "mutants": "Detected mutants",
+    "details": "Details that change verdicts",
+    "numerics": "Verdicts that depend on time step, order of updates or seed",
 }
-"""Kinds of variants, and their headings."""
+"""Kinds of variants, with headings."""
 MOST_NAMED = 8
 """Largest number of variants of a kind that a row names."""
 
@@ -85,8 +85,8 @@ MOST_NAMED = 8
 class Picture(NamedTuple):
     """A figure.
 
-    `path` is without the endings of the files. It is None if the figure was not drawn
-    from the trials that are stored now.
+    `path` is without the endings of the files. A figure that was not drawn from the
+    presently stored trials has the path None.
     """
 
     name: str
@@ -105,13 +105,13 @@ class Section:
     pictures : mapping of str to Picture
         Figures of the publication by name.
     of_claims : sequence of Picture
-        Figures of all its claims.
+        Figures of all claims of the publication.
     folders : mapping of str to Path
         Folders of the stored studies by spec.
     origins : sequence of dict
         Provenance of the stored studies.
     variants : DocumentVariants, optional
-        Effects of variants; None if none was tried with the present inputs.
+        Effects of variants; None without tried variants for the present inputs.
     """
 
     publication: Publication
@@ -123,7 +123,7 @@ class Section:
     variants: DocumentVariants | None = None
 
     def ordered(self) -> list[Row]:
-        """Return the rows, the refuted ones first and the confirmed ones last."""
+        """Return the rows, refuted rows first and confirmed rows last."""
         return sorted(self.rows, key=lambda row: ORDER.index(row.verdict.status))
 
     def anchor(self, row: Row) -> str:
@@ -136,9 +136,9 @@ class Section:
         return tallies(self.rows)
 
     def tried(self, kind: Kind) -> DocumentVariants | None:
-        """Return the effects of variants; None if none of this kind was tried.
+        """Return the effects of variants; None without tried variants of the kind.
 
-        None is returned too if not all mutants were tried.
+        For mutants, also return None if some mutants were not tried.
         """
         effects = self.variants.tried(kind) if self.variants else {}
         mutants = {
@@ -185,7 +185,7 @@ class Section:
         return effects.unjudging(kind, row.claim.id) if effects else {}
 
     def mutants(self, row: Row) -> list[str] | None:
-        """Return the mutants that a row kills; None if none was tried."""
+        """Return the mutants that a row kills; None without tried mutants."""
         effects = self.tried("mutants")
         if effects is None:
             return None
@@ -197,14 +197,14 @@ class Section:
         return effects.least_share(row.claim.id) if effects else None
 
     def weaknesses(self, row: Row) -> list[str]:
-        """Return the reasons why a row shows little; none for a strong row."""
+        """Return the reasons why a row is weak; empty for a strong row."""
         reasons = [_beyond(row)] if row.verdict.weak else []
         confirmed = row.claim.counted and row.verdict.status == "confirmed"
         return reasons + ([UNTURNED] if confirmed and self.mutants(row) == [] else [])
 
 
 class Page(NamedTuple):
-    """All sections; those of selected publications are `shown`.
+    """All sections; sections of selected publications are `shown`.
 
     Links are relative to `root`. `scale` is "full" or "quick".
     """
@@ -221,13 +221,13 @@ class Page(NamedTuple):
 
     @property
     def unasked(self) -> str:
-        """Sentence with the publications that are not selected; "" for none."""
+        """Sentence with the publications that are not selected; or ""."""
         names = [
             section.publication.name
             for section in self.sections
             if not section.publication.selected
         ]
-        return f"Not asked for, and so not here: {', '.join(names)}." if names else ""
+        return f"Not requested, and so not shown: {', '.join(names)}." if names else ""
 
     def counts(self, group: Group) -> dict[str, Counter[Status]]:
         """Return, by publication, the number of statements of a group per verdict.
@@ -240,7 +240,7 @@ class Page(NamedTuple):
         return {name: counts for name, counts in tallies.items() if counts}
 
     def of_status(self, status: Status) -> Iterator[tuple[Section, Row]]:
-        """Yield the rows with a verdict, each after its section."""
+        """Yield the rows with a verdict, each after the section of the row."""
         for section in self.shown:
             for row in section.rows:
                 if row.verdict.status == status:
@@ -279,49 +279,49 @@ def rule() -> list[str]:
     """Return the rule of the verdicts, in paragraphs."""
     return [
         (
-            "Verdicts are computed, and can fail. The claims of one document are one"
-            " family: with m of them each has a simultaneous interval of confidence"
-            f" 1 - {LEVEL:.2g}/m (Bonferroni), which is wider than the 95 % interval"
-            f" shown. So the chance of even one wrong verdict in a document, confirmed"
-            f" or refuted, is at most {100 * LEVEL:.0f} %."
+            "Verdicts are computed, and can fail. The claims of a publication form a"
+            " family. With m claims, each claim has a simultaneous confidence interval"
+            f" of level 1 - {LEVEL:.2g}/m (Bonferroni), which is wider than the 95 %"
+            " interval shown. So the probability of even one wrong verdict in a"
+            f" publication, confirmed or refuted, is at most {100 * LEVEL:.0f} %."
         ),
         (
-            "A number is confirmed where the whole simultaneous interval lies within"
-            " its margin and rounding, and refuted where it lies wholly outside. The"
-            " margin was stated with its reason, and does not depend on our own"
-            " interval. Where the number of published trials is known, their chance"
-            " error counts too, with our standard deviation; where it is not, the"
-            " published number is taken to be exact. That something lies above or below"
-            " a bound, or within two, is confirmed or refuted alike."
+            "A number is confirmed if the whole simultaneous interval is within the"
+            " margin and the rounding. A number is refuted if the whole interval is"
+            " outside. The margin was stated with a reason, and does not depend on our"
+            " interval. If the number of published trials is known, the chance error"
+            " of the published mean counts too, with our standard deviation. Otherwise"
+            " the published number is taken to be exact. A single bound, or a range of"
+            " two bounds, is confirmed or refuted in the same way."
         ),
         (
-            "All else is undecided, with the number of trials that would decide it if"
-            " our mean and spread stayed. A claim some of whose planned trials are"
-            " missing is partial: its numbers are provisional. One without trials is"
-            " not run, and nothing is said of it. Rank correlations have Fisher's"
-            " interval with the variance of Bonett and Wright. The order of a"
-            " transition is what `sweep scaling` says of it with that confidence, and"
-            " undecided where it does not decide; beside it stands what it says with"
-            " 95 %."
+            "All remaining claims are undecided, with the number of trials that would"
+            " decide the claim for an unchanged mean and spread. A claim with missing"
+            " planned trials is partial, with provisional numbers. A claim without"
+            " trials is not run, and has no verdict. Rank correlations have Fisher's"
+            " interval with the variance of Bonett and Wright. The verdict on the order"
+            " of a transition is the result of `sweep scaling` with the simultaneous"
+            " confidence, or undecided without a result. The table also shows the"
+            " result with 95 % confidence."
         ),
         (
-            "Statements are counted, not rows: one is refuted where a row of it is, and"
-            " confirmed where all that can be tested are. A claim is a number that the"
-            " document prints, our reading of a sentence, an exact result that follows"
-            " from the equations, a hypothesis of ours, or a test of what was fitted to"
-            " it. Exact results and hypotheses are counted apart; so is, with the"
-            " hypotheses, what is expected from memory and was not compared with the"
-            " document. Fits are shown only."
+            "Statements are counted, not rows. A statement is refuted if a row of the"
+            " statement is refuted, and confirmed if all testable rows are confirmed."
+            " A claim is a printed number, our reading of a sentence, an exact result"
+            " of the equations, our own hypothesis, or a test of a fitted value. Exact"
+            " results and hypotheses are counted separately. Expectations from memory,"
+            " without a comparison with the publication, count as hypotheses. Fits are"
+            " shown only."
         ),
         (
-            "Noticeable is half the width of the simultaneous interval. A row is weak"
-            " where that is more than its margin, since these trials cannot confirm it."
-            " It says how many could, if our spread stayed and our mean were what is"
-            " expected. A row is weak too where it is confirmed although no mutant,"
-            " which is a wrong version of the study, turns it. Variants are tried with"
-            " few trials: what another seed turns is turned by chance. Trials that did"
-            " not come to their end, and those in which the measure has no value, are"
-            " left out and counted."
+            "Noticeable is the half-width of the simultaneous interval. A row is weak"
+            " if the half-width is more than the margin, because these trials cannot"
+            " confirm the claim. The row reports the number of trials that could, for"
+            " an unchanged spread and a mean as expected. A confirmed row is also weak"
+            " if no mutant, a wrong version of the study, changes the verdict. Variants"
+            " are tried with few trials: a verdict that changes with the seed changes"
+            " by chance. Incomplete trials, and trials without a value of the measure,"
+            " are left out and counted."
         ),
     ]
 
@@ -330,15 +330,15 @@ def _beyond(row: Row) -> str:
     """Return why a row cannot be confirmed, and the number of trials that could."""
     enough = row.verdict.enough
     text = "no number of trials could" if enough is None else f"about {enough:,} could"
-    return f"it cannot be confirmed with these trials, {text}"
+    return f"these trials cannot confirm the claim, {text}"
 
 
 def family_text(section: Section) -> str:
     """Return the level at which each claim of a section is tested, in words."""
     family = section.publication.family
     return (
-        f"{family} of these {len(section.rows)} claims are counted and tested together:"
-        f" each at {LEVEL:.2g}/{max(family, 1)} = {LEVEL / max(family, 1):.2g}."
+        f"{family} of {len(section.rows)} claims are counted and tested together, each"
+        f" at {LEVEL:.2g}/{max(family, 1)} = {LEVEL / max(family, 1):.2g}."
     )
 
 
@@ -346,15 +346,14 @@ def variants_text(section: Section, kind: Kind) -> str:
     """Return in words the number of verdicts that the variants turn."""
     effects = section.tried(kind)
     if effects is None:
-        return f"no {kind} were tried with these claims, specs and kernels"
+        return f"no {kind} were tried with the present claims, specs and kernels"
     return effects.summary(kind)
 
 
 def kind_text(row: Row) -> str:
     """Return the kind of a claim and the day of its registration.
 
-    The text is such as `number, registered 2026-03-01, such results first seen after
-    that`.
+    An example is `number, registered 2026-03-01, such results first seen after that`.
     """
     claim = row.claim
     parts = [claim.kind, f"registered {claim.registered.isoformat()}"]
@@ -367,7 +366,7 @@ def kind_text(row: Row) -> str:
 
 
 def weakness_text(section: Section, row: Row) -> str:
-    """Return why a row is weak; "" if it is not."""
+    """Return why a row is weak; "" for a strong row."""
     reasons = section.weaknesses(row)
     return f"weak: {' and '.join(reasons)}" if reasons else ""
 
@@ -389,12 +388,12 @@ def turning_texts(section: Section, row: Row) -> list[str]:
             parts.append(f"not judged with {_listed(unjudging)}")
     share = section.least_share(row)
     if share is not None and share <= SLIGHT:
-        parts.append(f"a change of {100 * share:.2g} % turns it")
+        parts.append(f"a change of {100 * share:.2g} % changes the verdict")
     return parts
 
 
 def _listed(texts: Mapping[str, str]) -> str:
-    """Return the first variants, each with its text, such as `n-up-2 (refuted)`."""
+    """Return the first variants, each with a text, such as `n-up-2 (refuted)`."""
     named = [f"{name} ({text})" for name, text in texts.items()]
     more = len(named) - MOST_NAMED
     return ", ".join(named[:MOST_NAMED]) + (f" and {more:,} more" if more > 0 else "")
@@ -432,7 +431,7 @@ def published_text(row: Row) -> str:
 
 
 def _printed(expect: Value) -> str:
-    """Return the value with as many decimals as its rounding means."""
+    """Return the value with the decimals that the rounding implies."""
     if expect.rounding == 0:
         return f"{expect.value:g}"
     return f"{expect.value:.{max(0, round(-math.log10(2 * expect.rounding)))}f}"
@@ -441,7 +440,7 @@ def _printed(expect: Value) -> str:
 def ours_text(row: Row) -> str:
     """Return our estimate and its 95 % confidence interval.
 
-    Both end at the second significant digit of the half-width.
+    All numbers end at the second significant digit of the half-width.
     """
     if row.measured is None:
         return ""
@@ -455,7 +454,7 @@ def ours_text(row: Row) -> str:
 
 
 def trials_text(row: Row) -> str:
-    """Return the number of trials, and the number of those that were left out."""
+    """Return the number of trials, and the number of excluded trials."""
     if row.measured is None:
         return ""
     left_out = row.measured.left_out
@@ -463,7 +462,7 @@ def trials_text(row: Row) -> str:
 
 
 def noticeable_text(row: Row) -> str:
-    """Return the smallest difference that the test could notice."""
+    """Return the smallest difference that the test could detect."""
     return "" if row.verdict.noticeable is None else brief(row.verdict.noticeable)
 
 

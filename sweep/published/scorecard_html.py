@@ -1,4 +1,4 @@
-"""The scorecard as one page of HTML, which needs no other file than its figures."""
+"""The scorecard as one page of HTML, which needs no files except figures."""
 
 from collections.abc import Iterable, Iterator
 from html import escape
@@ -64,15 +64,15 @@ def _lines(page: Page) -> Iterator[str]:
     if page.watermark:
         yield (
             f'<p class="notice"><strong>{escape(page.watermark)}.</strong> This page'
-            " tries the machinery; "
+            " is a test of the program; "
         )
-        yield "its verdicts are those of far too few trials.</p>"
+        yield "the verdicts come from far too few trials.</p>"
     if page.unasked:
         yield f"<p>{escape(page.unasked)}</p>"
     yield from _summary(page)
     for section in page.shown:
         yield from _section(page, section)
-    yield '<section>\n<h2>Where this comes from</h2>\n<dl class="origin">'
+    yield '<section>\n<h2>Provenance</h2>\n<dl class="origin">'
     for name, value in origin_lines(page):
         yield f"<dt>{escape(name)}</dt><dd>{escape(value)}</dd>"
     yield "</dl>\n</section>\n</main>\n</body>\n</html>"
@@ -145,7 +145,7 @@ def _section(page: Page, section: Section) -> Iterator[str]:
         yield _row(page, section, row)
     yield "</tbody>\n</table></div>"
     if publication.contradictions:
-        yield "<h3>Where the document contradicts itself or its data</h3>\n<dl>"
+        yield "<h3>Contradictions within the publication or with its data</h3>\n<dl>"
         for contradiction in publication.contradictions:
             where = escape(contradiction.where)
             yield f"<dt>{where}</dt><dd>{escape(contradiction.says)}</dd>"
@@ -207,7 +207,7 @@ def _pictures(page: Page, pictures: Iterable[Picture]) -> Iterator[str]:
         )
         if picture.path is None:
             yield (
-                f"<figure>{caption} It has not been drawn from these"
+                f"<figure>{caption} The figure has not been drawn from these"
                 " trials.</figcaption></figure>"
             )
             continue

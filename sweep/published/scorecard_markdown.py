@@ -44,8 +44,8 @@ def _lines(page: Page) -> Iterator[str]:
     yield f"# {TITLE}\n"
     if page.watermark:
         yield (
-            f"**{page.watermark}. This page tries the machinery; its verdicts are those"
-            " of far too few trials.**\n"
+            f"**{page.watermark}. This page is a test of the program; the verdicts come"
+            " from far too few trials.**\n"
         )
     if page.unasked:
         yield f"{_text(page.unasked)}\n"
@@ -78,7 +78,7 @@ def _lines(page: Page) -> Iterator[str]:
     yield "\n\n".join(_text(paragraph) for paragraph in rule())
     for section in page.shown:
         yield from _section(page, section)
-    yield "\n## Where this comes from\n"
+    yield "\n## Provenance\n"
     for name, value in origin_lines(page):
         yield f"- {_text(name)}: {_text(value)}"
 
@@ -91,7 +91,7 @@ def _section(page: Page, section: Section) -> Iterator[str]:
     for row in section.ordered():
         yield f"| {' | '.join(_cells(page, section, row))} |"
     if publication.contradictions:
-        yield "\n### Where the document contradicts itself or its data\n"
+        yield "\n### Contradictions within the publication or with its data\n"
     for contradiction in publication.contradictions:
         yield f"- {_text(contradiction.where)}: {_text(contradiction.says)}"
     for picture in [*section.of_claims, *section.pictures.values()]:
@@ -104,7 +104,7 @@ def _picture(page: Page, picture: Picture) -> Iterator[str]:
         address = page.link(picture.path)
         yield f"[![{_text(picture.text)}]({address}.png)]({address}.pdf)"
     else:
-        yield "It has not been drawn from these trials."
+        yield "The figure has not been drawn from these trials."
 
 
 def _cells(page: Page, section: Section, row: Row) -> list[str]:

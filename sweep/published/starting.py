@@ -1,4 +1,4 @@
-"""A custom study, begun as a copy of a built-in one."""
+"""A custom study, begun as a copy of a built-in study."""
 
 import json
 from collections.abc import Iterator
@@ -31,7 +31,7 @@ OWN = "my"
 
 @dataclass(frozen=True)
 class BuiltInStudy:
-    """A built-in study: the comment that begins its spec, and its plan.
+    """A built-in study: the first comment of the spec, and the plan.
 
     `at_most` is True if the study may end with fewer trials than planned.
     """
@@ -44,7 +44,7 @@ class BuiltInStudy:
 
 @dataclass(frozen=True)
 class Begun:
-    """A new custom study, its spec, and all written files, the spec first."""
+    """A new custom study, the spec, and all written files, the spec first."""
 
     study: Study
     path: Path
@@ -61,7 +61,7 @@ def built_in_specs() -> dict[str, Path]:
 
 
 def built_in_studies(workers: int) -> list[BuiltInStudy]:
-    """Return all built-in studies, each with its plan for `workers` workers."""
+    """Return all built-in studies, each with a plan for `workers` workers."""
     return [
         _built_in(name, load_spec(path), workers)
         for name, path in built_in_specs().items()
@@ -69,11 +69,11 @@ def built_in_studies(workers: int) -> list[BuiltInStudy]:
 
 
 def begin(name: str, path: Path | None = None, *, force: bool = False) -> Begun:
-    """Write a copy of the spec of a built-in study, and copy the files that it names.
+    """Write a copy of the spec of a built-in study, and copy all named files.
 
-    The study gets the name of the file below `my/`, so that its results are separate
-    from those of the built-in study. Comments are copied. A first line leads editors to
-    the schema. Nothing is written if an error is raised before the first file.
+    The study gets the name of the file below `my/`, so that the results are separate
+    from the built-in study. Comments are copied. A first line links the schema for
+    editors. An error before the first file leaves the folder unchanged.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def begin(name: str, path: Path | None = None, *, force: bool = False) -> Begun:
     check_new_spec(target, force=force)
     root = read_document(source)
     text = _renamed(root.document, root.child("study").text(), f"{OWN}/{target.stem}")
-    # Beside the built-in one, where the files are that it names.
+    # In the folder of the built-in spec, which has the named files.
     study = parse_spec(text, source.with_name(target.name))
     contents = {target: text.encode()}
     for file in _named_files(root.value, source.parent):
@@ -133,10 +133,10 @@ def check_new_spec(path: Path, *, force: bool) -> None:
 
 
 def for_editors(spec: str) -> str:
-    """Return the text of a spec below a line that leads editors to the schema.
+    """Return the text of a spec below a line that links the schema for editors.
 
-    The schema is written into the cache, with the entries of installed packages. Where
-    the cache cannot be written, the line is left out.
+    The schema is written into the cache, with the entries of installed packages. If the
+    cache cannot be written, the line is left out.
     """
     try:
         schema = cache_folder() / "spec.schema.json"
@@ -165,12 +165,12 @@ def _renamed(document: Document, old: str, new: str) -> str:
 def _holds(path: Path, content: bytes) -> bool:
     try:
         return path.is_file() and path.read_bytes() == content
-    except OSError:  # it is not ours to read
+    except OSError:  # no permission to read
         return False
 
 
 def _named_files(value: Any, folder: Path) -> Iterator[str]:
-    """Yield the strings in a spec that are paths of files, relative to its folder."""
+    """Yield the strings in a spec that are paths of files, relative to the folder."""
     if isinstance(value, dict | list):
         for part in value.values() if isinstance(value, dict) else value:
             yield from _named_files(part, folder)

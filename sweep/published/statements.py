@@ -1,4 +1,4 @@
-"""Statements of a publication: claims on the same statement are counted once."""
+"""Statements of a publication: claims on one statement are counted once."""
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
@@ -11,7 +11,8 @@ from sweep.published.verdicts import Status
 Group = Literal["statement", "exact", "hypothesis", "fit"]
 """Groups that are counted separately.
 
-They are statements of the publication, exact results, our own hypotheses, and fits.
+The groups are statements of the publication, exact results, our own hypotheses, and
+fits.
 """
 GROUPS: tuple[Group, ...] = get_args(Group)
 GROUP_OF: Mapping[Kind, Group] = {
@@ -31,14 +32,14 @@ DECISIVE: tuple[Status, ...] = (
 )
 """Verdicts in order of precedence.
 
-The first one that a row of a statement has is the verdict on the statement.
+The verdict on a statement is the first of these verdicts that a row has.
 """
 
 
 def group_of(claim: Claim) -> Group:
     """Return the group in which a claim is counted.
 
-    A claim that has not been compared with the publication is a hypothesis of our own.
+    A claim that has not been compared with the publication is our own hypothesis.
     """
     return "hypothesis" if claim.unverified else GROUP_OF[claim.kind]
 
@@ -46,7 +47,7 @@ def group_of(claim: Claim) -> Group:
 def tallies(rows: Iterable[Row]) -> dict[Group, Counter[Status]]:
     """Return the number of statements per verdict, by group.
 
-    Rows of the same statement count once in their group.
+    Rows of one statement count once in a group.
     """
     by_statement: dict[tuple[Group, str], list[Status]] = {}
     for row in rows:
@@ -59,5 +60,5 @@ def tallies(rows: Iterable[Row]) -> dict[Group, Counter[Status]]:
 
 
 def together(statuses: Iterable[Status]) -> Status:
-    """Return the verdict on a statement whose rows have these verdicts."""
+    """Return the verdict on a statement from the verdicts of rows."""
     return min(statuses, key=DECISIVE.index)

@@ -1,8 +1,8 @@
-"""Run variants, and compare the verdicts on a publication with and without them.
+"""A comparison of the verdicts on a publication with and without variants.
 
-A variant turns a counted claim if it gives the claim another verdict. A mutant that
-turns a confirmed claim is killed by the claim. A claim that kills no mutant could
-hardly have failed.
+A variant turns a counted claim if the claim gets another verdict. A mutant that turns a
+confirmed claim is killed by the claim. A claim that kills no mutant could hardly have
+failed.
 """
 
 import hashlib
@@ -102,7 +102,7 @@ def _is_named(name: str, named: Collection[str]) -> bool:
 
 
 def most_trials(chosen: Sequence[tuple[Publication, Sequence[Variant]]]) -> int:
-    """Return the number of trials of these variants, if none is stored."""
+    """Return the number of trials of the chosen variants, without stored trials."""
     studies = [
         study
         for publication, variants in chosen
@@ -124,7 +124,7 @@ def try_all(
     engine: ExecutorFactory,
     display: Callable[[str], Display],
 ) -> dict[str, DocumentVariants]:
-    """Run and judge each publication as it is, and with each variant.
+    """Run and judge each publication without a change, and with each variant.
 
     The effects are stored after each variant. Stored effects of other variants are
     unchanged.
@@ -132,9 +132,9 @@ def try_all(
     Parameters
     ----------
     chosen : sequence of tuple of (Publication, sequence of Variant)
-        Publications at the quick scale, each with its variants of one kind.
+        Publications at the quick scale, each with variants of one kind.
     results : Path
-        Folder with the stored studies. Variants have separate folders in it.
+        Folder with the stored studies, with separate subfolders for variants.
     engine : ExecutorFactory
         Runs the trials.
     display : callable
@@ -178,7 +178,7 @@ def try_all(
 
 
 def _changed(publication: Publication, variant: Variant) -> list[Study]:
-    """Return the studies of a variant that are changed, and decide a verdict."""
+    """Return the changed studies of a variant that matter for a verdict."""
     return [
         study
         for spec, study in needed_studies(variant.publication).items()
@@ -187,7 +187,7 @@ def _changed(publication: Publication, variant: Variant) -> list[Study]:
 
 
 class _Judgement(NamedTuple):
-    """Judgement of a claim: its status and reason, and its estimate.
+    """Judgement of a claim: status, reason and estimate.
 
     `judged` is False if the status is not a verdict. `estimate` is None without a
     finite confidence interval.
@@ -214,7 +214,7 @@ def _judgements(publication: Publication, results: Path) -> dict[str, _Judgement
 def _is_judged(row: Row) -> bool:
     """Return True if a row has a verdict.
 
-    A row has none without all trials, or if its measure fails.
+    A row with missing trials or a failed measure has no verdict.
     """
     return row.measured is not None and row.verdict.status != "partial"
 
@@ -262,8 +262,8 @@ def _judged_by_copy(
 ) -> dict[str, _Judgement]:
     """Return the judgements of a copy of the program with the mistake of a variant.
 
-    The copy runs in a separate process, whose current folder has nothing else. Raises
-    WorkersError if the process fails.
+    The copy runs in a separate process, in a current folder without further files.
+    Raises WorkersError if the process fails.
     """
     assert variant.program is not None
     with TemporaryDirectory() as folder:
@@ -288,7 +288,7 @@ def _judged_by_copy(
 
 
 class _Unseen:
-    """A progress display that shows nothing, beside that of the program itself."""
+    """A progress display without output; the calling program shows the progress."""
 
     def __enter__(self) -> "_Unseen":
         return self
@@ -297,7 +297,7 @@ class _Unseen:
         pass
 
     def show(self, progress: Progress) -> None:
-        """Show nothing."""
+        """Do not show anything."""
 
     def summary(self, progress: Progress, folder: Location) -> str:
         """Return the number of new trials.
@@ -313,9 +313,9 @@ class _Unseen:
 
 
 def _as_copy() -> None:
-    """Run and judge a publication as the mutant of the program that this copy is.
+    """Run and judge a publication in a mutated copy of the program.
 
-    The arguments are those that `_judged_by_copy` passes.
+    `_judged_by_copy` passes the arguments.
     """
     name, workers, *places = sys.argv[1:]
     folder, results, answer = map(Path, places)
@@ -331,9 +331,9 @@ def _as_copy() -> None:
 
 
 def fingerprint(publication: Publication) -> str:
-    """Return a hash of everything that decides which verdicts variants turn.
+    """Return a hash of everything that influences the effects of variants.
 
-    It covers the claims, specs and code of a publication, and the kernels.
+    The hash covers the claims, specs and code of a publication, and the kernels.
     """
     digest = hashlib.sha256(kernels_sha().encode())
     for ending in ("yaml", "py", "csv"):

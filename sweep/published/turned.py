@@ -1,4 +1,4 @@
-"""Effects of variants on the verdicts of publications, and their file."""
+"""Effects of variants on the verdicts of publications, and the file of effects."""
 
 import json
 from collections.abc import Mapping
@@ -38,7 +38,7 @@ ESTIMATE = {"ours": NUMBER, "low": NUMBER, "high": NUMBER, "trials": int}
 
 
 class Estimated(TypedDict):
-    """Estimate of a claim, its simultaneous interval, and the number of trials."""
+    """Estimate of a claim, the simultaneous interval, and the number of trials."""
 
     ours: float
     low: float
@@ -55,9 +55,9 @@ class Turned:
     description : str
         Change in words.
     share : float or None
-        Fraction of its value by which one parameter is changed; None for other changes.
+        Relative change of one parameter; None for other changes.
     turned : mapping of str to Status
-        Claims with another verdict, each with that verdict.
+        Claims with another verdict, each with the new verdict.
     unjudged : mapping of str to str
         Claims without a verdict, each with the reason.
     estimates : mapping of str to Estimated
@@ -71,7 +71,7 @@ class Turned:
     estimates: Mapping[str, Estimated] = field(default_factory=dict)
 
     def stored(self) -> dict[str, Any]:
-        """Return the fields of the effect, as files and the scorecard have them."""
+        """Return the fields of the effect, in the form of files and the scorecard."""
         fields = dict(vars(self))
         return {"about": fields.pop("description"), **fields}
 
@@ -85,12 +85,12 @@ class DocumentVariants:
     inputs : str
         Hash of everything that decides the effects.
     before : mapping of str to Status
-        Verdicts on the counted claims without a change, by id. Claims that miss trials
-        or whose measure fails are left out.
+        Verdicts on the counted claims without a change, by id. Claims with missing
+        trials or a failed measure are left out.
     kinds : mapping of Kind to mapping of str to Turned
         Effects of the variants by kind and name.
     estimates : mapping of str to Estimated
-        Estimates of these claims without a change, by id.
+        Estimates of the counted claims without a change, by id.
     """
 
     inputs: str
@@ -154,7 +154,7 @@ class DocumentVariants:
 
     @property
     def killed_by(self) -> dict[str, list[str]]:
-        """By mutant, the confirmed claims that it turns."""
+        """By mutant, the confirmed claims that the mutant turns."""
         return {
             name: [claim for claim in self.confirmed if claim in variant.turned]
             for name, variant in self.tried("mutants").items()
@@ -169,7 +169,7 @@ class DocumentVariants:
     def unmoved(self) -> list[str]:
         """Mutants that change no verdict and no estimate.
 
-        No claim is about the mistake in them.
+        No claim depends on the mistake of such a mutant.
         """
         return [
             name
@@ -194,32 +194,32 @@ class DocumentVariants:
         ]
         killers = {claim for claims in self.killed_by.values() for claim in claims}
         return (
-            f"{self.noticed} of {len(self.killed_by)} mutants are noticed;"
-            f" {len(killers)} of {len(self.confirmed)} confirmed claims notice one"
-            + (f"; not noticed: {', '.join(missed)}" if missed else "")
+            f"{self.noticed} of {len(self.killed_by)} mutants are detected;"
+            f" {len(killers)} of {len(self.confirmed)} confirmed claims detect a mutant"
+            + (f"; not detected: {', '.join(missed)}" if missed else "")
         )
 
     def _missed(self, mutant: str) -> str:
-        """Return a mutant that no confirmed claim notices, with its effect."""
+        """Return a mutant that no confirmed claim detects, with the effect."""
         if mutant in self.unmoved:
             return f"{mutant} (changes no number)"
         turned = self.tried("mutants")[mutant].turned
         more = so_many(len(turned), "other claim")
-        return f"{mutant} (turns {more})" if turned else mutant
+        return f"{mutant} (changes {more})" if turned else mutant
 
     def _details(self) -> str:
         turned = [name for name in self.before if self.turning("details", name)]
         shares = [self.least_share(name) for name in turned]
         slight = sum(share is not None and share <= SLIGHT for share in shares)
         return (
-            f"{len(turned)} of {len(self.before)} verdicts turn with one of"
+            f"{len(turned)} of {len(self.before)} verdicts change with one of"
             f" {len(self.tried('details'))} details, {slight} of them with a change of"
             f" {100 * SLIGHT:g} %"
         )
 
     def _numerics(self) -> str:
         return "; ".join(
-            f"{name} turns {len(variant.turned)} of"
+            f"{name} changes {len(variant.turned)} of"
             f" {len(self.before) - len(variant.unjudged)} verdicts"
             + (f" ({', '.join(variant.turned)})" if variant.turned else "")
             for name, variant in self.tried("numerics").items()
@@ -256,7 +256,7 @@ def joined(
 def read_turned(results: Path) -> dict[str, DocumentVariants]:
     """Return the effects of variants that are stored below `results`, by publication.
 
-    The mapping is empty if none were tried.
+    The mapping is empty without tried variants.
 
     Raises
     ------
@@ -273,7 +273,7 @@ def read_turned(results: Path) -> dict[str, DocumentVariants]:
         return {}
     except (OSError, ValueError) as error:
         raise StoreError(
-            f"{path}: {error}; remove it and try the variants again"
+            f"{path}: {error}; delete the file and try the variants again"
         ) from None
 
 
@@ -308,7 +308,7 @@ def _estimates(stored: Mapping[str, Any]) -> dict[str, Estimated]:
     """
     estimates: dict[str, Estimated] = stored.get("estimates", {})
     if not fits(estimates, {str: ESTIMATE}):
-        raise ValueError("its estimates do not have the entries that they should")
+        raise ValueError("the estimates do not have the required entries")
     return estimates
 
 

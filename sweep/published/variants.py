@@ -1,7 +1,7 @@
-"""Variants: a publication with some of its studies changed.
+"""Variants: a publication with some changed studies.
 
-Each variant runs and is judged like the publication at the quick scale, with the same
-random numbers. Verdicts with the variant are compared with those without it.
+Each variant runs and is judged like the publication at the quick scale, with equal
+random numbers. Verdicts with and without the variant are compared.
 """
 
 from collections.abc import Callable, Collection, Mapping
@@ -49,9 +49,9 @@ class Variant:
     publication : Publication
         The publication with the changed studies.
     share : float, optional
-        Fraction of its value by which one parameter is changed; None for other changes.
+        Relative change of one parameter; None for other changes.
     program : ProgramMutant, optional
-        Mistake of the program that runs and judges the variant; None for our program.
+        Mistake of the program that runs and judges the variant; None for no mistake.
     """
 
     kind: Kind
@@ -71,13 +71,14 @@ class SpecChange:
 
 
 Makers = Mapping[str, Callable[[], Variant]]
-"""By name, the function that makes a variant. To make all of them takes seconds."""
+"""By name, the function that makes a variant. To make all variants takes seconds."""
 
 
 def mutants(publication: Publication) -> Makers:
-    """Return the mutants of a publication, and those of the program.
+    """Return the mutants of a publication, and the mutants of the program.
 
-    To make a mutant with which a measure finds no trials raises SpecError.
+    If a measure finds no trials in a mutant, the function of the mutant raises
+    SpecError.
     """
     needed = needed_studies(publication)
     own = {
@@ -104,7 +105,7 @@ def of_program(publication: Publication, name: str, specs: Collection[str]) -> V
     name : str
         Name of the mutant.
     specs : collection of str
-        Specs whose trials the mutant runs itself, with our parameters.
+        Specs whose trials the mutant runs, with unchanged parameters.
     """
     mistake = PROGRAM_MUTANTS[name]
     changes = {spec: SpecChange() for spec in specs}
@@ -115,12 +116,12 @@ def of_program(publication: Publication, name: str, specs: Collection[str]) -> V
 
 
 def counted(publication: Publication) -> list[Claim]:
-    """Return the claims whose verdicts are compared."""
+    """Return the claims with compared verdicts."""
     return [claim for claim in publication.claims if claim.counted]
 
 
 def needed_studies(publication: Publication) -> dict[str, Study]:
-    """Return the studies of the claims whose verdicts are compared, by spec."""
+    """Return the studies of the claims with compared verdicts, by spec."""
     return {
         spec: publication.studies[spec]
         for claim in counted(publication)
@@ -130,7 +131,7 @@ def needed_studies(publication: Publication) -> dict[str, Study]:
 
 
 def is_free(study: Study, setting: str) -> bool:
-    """Return True if a study has this parameter, with one value for all its points."""
+    """Return True if a study has the parameter, with one value for all points."""
     place = study.place_of(setting)
     return setting in study.settings and place in (None, (FIXED, setting))
 
@@ -151,11 +152,11 @@ def altered(
     refused: Mapping[str, str] | None = None,
     clock: int = 1,
 ) -> Variant:
-    """Return the publication with changes by spec, and with its counted claims alone.
+    """Return the publication with changes by spec, and with counted claims only.
 
-    A spec that becomes invalid by its change is unchanged, and its claims cannot be
-    tested. Claims on refused specs, or on points and frames that no longer exist,
-    cannot be tested either.
+    A spec that becomes invalid by the change is unchanged, and the claims of the spec
+    cannot be tested. Claims on specs in `refused`, or on points and frames that no
+    longer exist, also cannot be tested.
 
     Parameters
     ----------
@@ -169,12 +170,12 @@ def altered(
     changes : mapping of str to SpecChange
         Changes by spec.
     share : float, optional
-        Fraction by which one parameter is changed.
+        Relative change of one parameter.
     refused : mapping of str to str, optional
         Specs that cannot be changed, each with the reason.
     clock : int, default 1
-        Number of new steps per old step. Studies are converted to the old steps if it
-        is above 1, so they have all points and frames of the old ones.
+        Number of new steps per old step. For a number above 1, studies are converted to
+        the old steps, and so have all points and frames of the old studies.
     """
     designs = {}
     wrong = dict(refused or {})
@@ -187,7 +188,7 @@ def altered(
             text = "; ".join(
                 str(mistake).split(": ", 1)[-1] for mistake in error.mistakes
             )
-            wrong[spec] = f"{spec}.yaml cannot be changed so: {text}"
+            wrong[spec] = f"{spec}.yaml cannot have this change: {text}"
     converted = clock > 1
     changed = replace(
         publication,
@@ -208,7 +209,7 @@ def _fitted(
 ) -> Claim:
     """Return the claim, with the reason if it cannot be tested.
 
-    A function of figures.py is tested by the spec of its claim.
+    A function of figures.py is tested by the spec of the claim.
     """
     if claim.measure is None or claim.spec is None:
         return claim
@@ -219,7 +220,7 @@ def _fitted(
 
 
 def _changed(study: Study, change: SpecChange, prefix: str) -> tuple[Study, Design]:
-    """Return the study with a change, under another name, and its design.
+    """Return the study with a change, under another name, and the design.
 
     Raises SpecError.
     """

@@ -1,15 +1,15 @@
-"""Verdicts on published claims by estimates. They are computed, and can fail.
+"""Verdicts on published claims by estimates. Verdicts are computed, and can fail.
 
-An expectation allows a region. A published number allows its margin and its rounding to
-both sides. A bound allows everything above or below it, two bounds the range between
-them. With m claims in the family of a publication, each claim has the simultaneous
-interval of confidence 1 - 0.05/m (Bonferroni). A claim is confirmed if this interval is
-inside the region, refuted if it is outside, and undecided otherwise. So too few trials
-neither confirm nor refute a claim. The probability of even one wrong verdict in a
-publication is at most 0.05.
+An expectation allows a region. A published number allows the margin and the rounding to
+either side. A bound allows all values above or below the bound, two bounds the range in
+between. With m claims in the family of a publication, each claim has the simultaneous
+interval of confidence 1 - 0.05/m (Bonferroni). A claim is confirmed if the interval is
+inside the region, refuted if the interval is outside, and undecided otherwise. So too
+few trials neither confirm nor refute a claim. The probability of even one wrong verdict
+in a publication is at most 0.05.
 
-The order of a transition has no region. It follows from the sizes of a study with that
-confidence, and is undecided where they do not decide.
+The order of a transition has no region. The order follows from the sizes of a study
+with the simultaneous confidence, and is undecided if the sizes do not decide.
 """
 
 import math
@@ -28,7 +28,7 @@ LEVEL = 1.0 - CONFIDENCE
 ROUNDING_ERROR = 1e-12
 """Relative difference of equal numbers: only the order of a sum differs."""
 MOST_TIMES = 1e6
-"""Largest factor for the number of trials: nobody will run a million times as many."""
+"""Largest factor for the number of trials: a million times as many are impractical."""
 STEPS = 14
 """Bisection steps from a million on a logarithmic scale, to less than a hundredth."""
 
@@ -40,11 +40,11 @@ class Value(NamedTuple):
     ----------
     value : float
     rounding : float
-        Half a unit of its last digit.
+        Half a unit of the last digit.
     trials : int, optional
-        Number of its trials.
+        Number of published trials.
     margin : float
-        Difference within which our number is the same.
+        Difference up to which two numbers count as equal.
     because : str
         Reason of the margin.
     """
@@ -89,7 +89,7 @@ Expectation = Numeric | OfOrder
 class Region(NamedTuple):
     """Values that an expectation allows.
 
-    A single bound itself is outside; two bounds are inside.
+    A single bound is outside the region; two bounds are inside.
     """
 
     least: float
@@ -101,7 +101,7 @@ class Region(NamedTuple):
         return (self.most - self.least) / 2.0
 
     def verdict(self, low: float, high: float) -> Status:
-        """Return the verdict by a confidence interval.
+        """Return the verdict from a confidence interval.
 
         Parameters
         ----------
@@ -120,24 +120,24 @@ class Region(NamedTuple):
 
 @dataclass(frozen=True)
 class Verdict:
-    """The status of a claim and its reason.
+    """The status of a claim and the reason.
 
     Attributes
     ----------
     status : Status
     reason : str
     interval : tuple of float, optional
-        Ordinary 95 % confidence interval; None if nothing was tested.
+        Ordinary 95 % confidence interval; None without a test.
     simultaneous : tuple of float, optional
-        Confidence interval that decided; None if nothing was tested.
+        Confidence interval for the verdict; None without a test.
     weak : bool
-        True if the claim could not be confirmed with these trials.
+        True if the stored trials could not confirm the claim.
     needed : int, optional
-        Number of trials that would decide an undecided claim, if our mean and spread
-        stayed; None if a million times as many would not.
+        Number of trials that would decide an undecided claim, for an unchanged mean and
+        spread; None if a million times as many would not.
     enough : int, optional
-        Number of trials with which a weak claim could be confirmed, if our spread
-        stayed; None if a million times as many would not be enough.
+        Number of trials that could confirm a weak claim, for an unchanged spread; None
+        if a million times as many would not be enough.
     """
 
     status: Status
@@ -150,7 +150,7 @@ class Verdict:
 
     @property
     def noticeable(self) -> float | None:
-        """Half-width of the simultaneous interval; None if nothing was tested."""
+        """Half-width of the simultaneous interval; None without a test."""
         if self.simultaneous is None:
             return None
         return _half(*self.simultaneous)
@@ -203,7 +203,7 @@ def judge_order(scaling: Scaling, expectation: OfOrder, family: int) -> Verdict:
     status: Status = "confirmed" if order == expectation.order else "refuted"
     return Verdict(
         "undecided" if order == "not decided" else status,
-        f"with the confidence {confidence:.5g} it is {order}: {why}",
+        f"the order with confidence {confidence:.5g} is {order}: {why}",
     )
 
 
@@ -217,7 +217,7 @@ def judge(
     estimate : Estimate
         Our estimate.
     expectation : Numeric
-        Expectation for it.
+        Expectation for the estimate.
     family : int
         Number of claims whose verdicts are simultaneous.
     trials : int
@@ -225,8 +225,8 @@ def judge(
     """
     if not estimate.testable:
         return untestable(
-            "our measure has too few values for an interval, or values that are equal,"
-            " but for one at most"
+            "our measure has too few values for an interval, or all values are equal,"
+            " except for one at most"
         )
     if not math.isfinite(estimate.value):
         return untestable("one of the values is infinite")
@@ -252,7 +252,7 @@ def judge(
 
 
 class Foreseen(NamedTuple):
-    """Difference that a claim could notice with more trials, if their spread stayed.
+    """Difference that a claim could detect with more trials of unchanged spread.
 
     Attributes
     ----------
@@ -263,9 +263,9 @@ class Foreseen(NamedTuple):
     margin : float
         Half-width of the expectation; infinite with a single bound.
     enough : int or None
-        Number of trials with which the margin could be noticed. With a single bound,
-        the number that would decide if our mean stayed too. None if a million times as
-        many would not be enough.
+        Number of trials that could detect the margin. With a single bound, the number
+        that would decide for an unchanged mean. None if a million times as many would
+        not be enough.
     """
 
     trials: int
@@ -275,7 +275,7 @@ class Foreseen(NamedTuple):
 
     @property
     def weak(self) -> bool:
-        """True if the claim could not be confirmed."""
+        """True if the trials could not confirm the claim."""
         return self.noticeable > self.margin
 
 
@@ -286,14 +286,14 @@ def foresee(
     trials: int,
     times: float,
 ) -> Foreseen:
-    """Return the difference that a claim could notice with more trials.
+    """Return the difference that a claim could detect with more trials.
 
     Parameters
     ----------
     estimate : Estimate
         A testable estimate.
     expectation : Numeric
-        Expectation for it.
+        Expectation for the estimate.
     family : int
         Number of claims whose verdicts are simultaneous.
     trials : int
@@ -312,9 +312,9 @@ def foresee(
 
 
 class _Growing:
-    """Simultaneous interval of a claim with more trials, if mean and spread stay.
+    """Simultaneous interval of a claim with more trials of equal mean and spread.
 
-    The arguments are those of `judge`.
+    `judge` explains the arguments.
     """
 
     def __init__(self, estimate: Estimate, expectation: Numeric, family: int) -> None:
@@ -329,21 +329,21 @@ class _Growing:
         return estimate.interval(self.confidence, self.published)
 
     def enough(self, trials: int) -> int | None:
-        """Return the number of trials whose interval is as narrow as the margin."""
+        """Return the number of trials with an interval as narrow as the margin."""
         margin = self.allowed.half_width
         return self._least(trials, lambda *bounds: _half(*bounds) <= margin)
 
     def decisive(self, trials: int) -> int | None:
-        """Return the number of trials whose interval confirms or refutes."""
+        """Return the number of trials with an interval that confirms or refutes."""
         return self._least(
             trials, lambda *bounds: self.allowed.verdict(*bounds) != "undecided"
         )
 
     def _least(self, trials: int, holds: Callable[[float, float], bool]) -> int | None:
-        """Return the number of trials from which on `holds` is true of the interval.
+        """Return the least number of trials for which `holds` is true of the interval.
 
-        The number is rounded up to two digits. It is `trials` if these are enough, and
-        None if a million times as many are too few.
+        The number is rounded up to two digits. Return `trials` if `trials` are enough,
+        and None if a million times as many are too few.
         """
         if holds(*self.interval(1.0)):
             return trials
@@ -379,12 +379,12 @@ def _compared(
         allowed = "the margin"
     else:
         text = _range(interval)
-        allowed = "what is expected"
+        allowed = "the expected range"
     lies = {
-        "confirmed": f"lies wholly within {allowed}",
-        "refuted": f"lies wholly outside {allowed}",
+        "confirmed": f"is completely within {allowed}",
+        "refuted": f"is completely outside {allowed}",
     }
-    return f"{text} {lies.get(status, f'reaches across the edge of {allowed}')}"
+    return f"{text} {lies.get(status, f'overlaps the limit of {allowed}')}"
 
 
 def _range(interval: tuple[float, float]) -> str:
@@ -400,17 +400,17 @@ def _foresight(needed: int | None, trials: int, published: int | None) -> str:
     """Return in words the effect of more trials."""
     if needed is not None:
         return (
-            f"about {needed:,} trials instead of {trials:,} would decide it if our mean"
-            " and spread stayed"
+            f"about {needed:,} trials instead of {trials:,} would decide the claim, for"
+            " an unchanged mean and spread"
         )
     remains = (
-        f", as the chance error of the {published:,} published ones remains"
+        f", because the chance error of the {published:,} published trials remains"
         if published
         else ""
     )
     return (
-        "a million times as many trials would not decide it if our mean and spread"
-        f" stayed{remains}"
+        "a million times as many trials would not decide the claim, for an unchanged"
+        f" mean and spread{remains}"
     )
 
 

@@ -1,10 +1,10 @@
 """Figures of a trial: one frame, or an animation of all frames.
 
-Boids are triangles that point in their direction of motion, with one colour per kind.
-Boids that have failed have a cross. In an animation lines show the last positions. The
-figure shows the world with its obstacles, goals that attract boids, and visited pixels
-if the trial records coverage. Everything that does not change is drawn once: obstacles
-too, unless they move.
+Boids are triangles that point in the direction of motion, with one colour per kind.
+Failed boids have a cross. In an animation, lines show the last positions. The figure
+shows the world with obstacles, goals that attract boids, and visited pixels if the
+trial records coverage. Everything that does not change is drawn once, including
+obstacles that do not move.
 """
 
 from collections import deque
@@ -43,7 +43,7 @@ MOST_FRAMES = 600
 WIDTH_INCHES = 6.4
 DPI = 110
 TRIANGLES = 45
-"""The number of boids, one behind the other, along the longer side of the world."""
+"""The number of boids that fit in a row along the longer side of the world."""
 
 BOIDS = "0.1"
 """The colour of boids without kinds."""
@@ -55,7 +55,7 @@ VISITED = (0.94, 0.73, 0.25)
 """The colour of pixels that boids have visited: red, green and blue."""
 OPACITY = 0.45
 ON_WHITE = 248, 224, 169
-"""The same colour on white, in a figure of 8 bits."""
+"""The colour of visited pixels on white, in a figure of 8 bits."""
 
 NO_ROWS = np.empty((0, 5))
 """An empty table of obstacles: the map is drawn without obstacles that move."""
@@ -94,7 +94,7 @@ class Scene:
                 f"{job.model}, {words(job.preset)}: {words(job.settings['map'])}"
             )
             pace = (
-                f"; {every * FRAMES_A_SECOND:,} steps a second, lines: the last"
+                f"; {every * FRAMES_A_SECOND:,} steps per second, lines: the last"
                 f" {every * TRAIL:,}"
                 if every
                 else ""
@@ -149,13 +149,13 @@ class Scene:
         return np.array(self.canvas.buffer_rgba())[:, :, :3]
 
     def _draw_obstacles(self, step: int) -> None:
-        """Draw obstacles that move at their positions after `step` steps."""
+        """Draw moving obstacles at the positions after `step` steps."""
         for layer in draw_obstacles(self.axes, self.world.at(step)):
             self.axes.draw_artist(layer)
             layer.remove()
 
     def _draw_ground(self) -> AxesImage:
-        """Add an image for the visits of pixels, each centred on its point."""
+        """Add an image for the visits of pixels, with each pixel centred on a point."""
         ground = self.axes.imshow(
             np.zeros((1, 1, 4)), origin="lower", zorder=0.5, animated=True
         )
@@ -189,7 +189,7 @@ class Scene:
     def _size(self) -> tuple[float, float]:
         """Return width and height in inches, with room for titles and labels.
 
-        Both give even numbers of pixels, which MP4 needs.
+        Width and height are even numbers of pixels, as MP4 needs.
         """
         height = (
             WIDTH_INCHES * min(max(self.world.height / self.world.width, 0.25), 1.5)
@@ -198,7 +198,7 @@ class Scene:
         return WIDTH_INCHES, 2 * round(height * DPI / 2) / DPI
 
     def _colours(self) -> str | list[str]:
-        """Return the colour of all boids, or of each if there are kinds.
+        """Return the colour of all boids, or of each boid if there are kinds.
 
         The legend gets an entry for each kind.
         """
@@ -249,7 +249,7 @@ class Scene:
     def _words(self, step: int, bodies: NDArray[np.float64]) -> str:
         """Return the title of a frame: step, time, and numbers of boids.
 
-        The numbers are those of all boids and of boids outside the figure.
+        The title counts all boids, and boids outside the figure.
         """
         settings = self.job.settings
         x, y = bodies[:2]
@@ -281,7 +281,7 @@ def check_frame(job: Job, frame: int) -> None:
     if not 0 <= frame <= steps:
         raise ChoiceError(
             f"trial {job.trial_id}: there is no frame {frame:,};"
-            f" it has frames 0 to {steps:,}"
+            f" allowed: 0 to {steps:,}"
         )
 
 
@@ -312,7 +312,7 @@ def write_picture(study: str, job: Job, frame: int, path: Path, report: Report) 
     frames = shown_frames(job, max(1, frame), report)
     shown = next((candidate for candidate in frames if candidate.step == frame), None)
     if shown is None:
-        raise ChoiceError(f"trial {job.trial_id}: it diverged before frame {frame:,}")
+        raise ChoiceError(f"trial {job.trial_id} diverged before frame {frame:,}")
     with unfinished(path) as file:
         Image.fromarray(Scene(study, job).draw(*shown)).save(file, "png")
 
@@ -337,7 +337,7 @@ def write_animation(
     job : Job
         The trial.
     path : Path
-        The new file; its ending, .gif or .mp4, determines the format.
+        The new file. The ending, .gif or .mp4, determines the format.
     every : int
         Steps between two frames.
     report : Report

@@ -12,17 +12,17 @@ from sweep.tables import Columns, StoredTrial
 from sweep.trial import Result
 
 NOT_COMPARED = ("seconds", "error", "replay")
-"""Columns of trials that differ between runs. Of an error the kind is compared."""
+"""Columns of trials that differ between runs. Only the kind of an error is compared."""
 LOWEST = int(np.iinfo(np.int64).min)
 
 
 class BitDifference(NamedTuple):
-    """A column of a table that differs, and the first row that does.
+    """A column of a table that differs, and the first differing row.
 
     `differing` of `total` values differ. `stored` and `recomputed` are the first pair
-    that differs, `ulps` the number of steps between them; None if they are not floats.
-    If the number of rows differs, `stored` and `recomputed` are these numbers, and
-    `row` is None.
+    that differs. `ulps` is the number of steps between the pair; None if the values are
+    not floats. If the number of rows differs, `stored` and `recomputed` are the numbers
+    of rows, and `row` is None.
     """
 
     trial: str
@@ -53,8 +53,8 @@ class BitDifference(NamedTuple):
 def differences(study: str, stored: StoredTrial, result: Result) -> list[BitDifference]:
     """Compare a repeated trial with its stored values, bit for bit.
 
-    Every column of every table is compared, but not the seconds that the trial took. Of
-    an error only the kind must be the same.
+    Every column of every table is compared, except the seconds that the trial took. For
+    an error, only the kind must be equal.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def differences(study: str, stored: StoredTrial, result: Result) -> list[BitDiff
     stored : StoredTrial
         The stored values of the trial.
     result : Result
-        The same trial, run again.
+        The result of the repeated trial.
 
     Returns
     -------
@@ -138,7 +138,7 @@ def _recomputed_tables(
 
 
 def _heatmap(visits: NDArray[np.int32] | None) -> Columns:
-    """Return a heatmap as its columns in the store; empty columns if there is none."""
+    """Return the columns of a heatmap in the store; empty without a heatmap."""
     rows, columns = ([], []) if visits is None else ([size] for size in visits.shape)
     flat = np.empty(0) if visits is None else visits.ravel()
     return {"rows": np.array(rows), "columns": np.array(columns), "visits": flat}

@@ -1,4 +1,4 @@
-"""One trial at full resolution: its frames one by one, or all of them in a file."""
+"""One trial at full resolution: single frames, or all frames in a file."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -16,7 +16,7 @@ from sweep.tables import csv_writer, unfinished, write_about
 from sweep.trial import BOID_STEPS_A_CALL, Simulation, Taken
 
 NOTHING = RecordSpec(())
-"""A record of positions and velocities alone."""
+"""A record with positions and velocities only."""
 Report = Callable[[int, int], None]
 """A callback with the number of steps done and the number of all steps."""
 FLIGHTS: dict[str, Callable[..., Any]] = {".parquet": table_writer, ".csv": csv_writer}
@@ -64,7 +64,7 @@ def frames(
 
 
 class ShownFrame(NamedTuple):
-    """A frame of a trial: its step, positions, velocities and visits.
+    """A frame of a trial: step, positions, velocities and visits.
 
     `bodies` are x, y, vx and vy (4, N). `visits` are the visits of pixels (rows,
     columns), -1 in obstacles; None if the trial records no coverage.
@@ -76,7 +76,7 @@ class ShownFrame(NamedTuple):
 
 
 def shown_frames(job: Job, every: int, report: Report) -> Iterator[ShownFrame]:
-    """Simulate a trial and yield its frames one by one, at the steps of `frames`.
+    """Simulate a trial and yield single frames, at the steps of `frames`.
 
     Visits of pixels are counted if the job records a metric of coverage.
 

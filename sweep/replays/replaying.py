@@ -1,4 +1,4 @@
-"""A stored trial that runs again, from its row."""
+"""The repetition of a stored trial from its row in the store."""
 
 from sweep.replays.bits import differences
 from sweep.store import trial_metrics
@@ -9,8 +9,8 @@ from sweep.trial import ended_by_ctrl_c, simulate
 def replay(study: StoredStudy, trial: str) -> tuple[str, bool]:
     """Run a stored trial again and compare it with its stored values.
 
-    `trial` is the id of a trial or its beginning, as `study.trial` takes it. An
-    exception of the trial is raised unchanged.
+    `trial` is the id of a trial or the beginning of an id, in the form of
+    `study.trial`. An exception of the trial is raised unchanged.
 
     Returns
     -------
@@ -35,8 +35,8 @@ def replay(study: StoredStudy, trial: str) -> tuple[str, bool]:
     lines += [str(difference) for difference in differing]
     tables = ", ".join(["trials", *stored.tables])
     lines.append(
-        "differs from what is stored"
+        "differs from the stored values"
         if differing
-        else f"equal to what is stored, to the last bit: {tables}"
+        else f"bitwise identical to the stored values: {tables}"
     )
     return "\n".join(lines), not differing

@@ -1,10 +1,10 @@
 """A random sample of stored trials, run again and compared bit for bit.
 
-Results of a GPU are bitwise identical to those of a processor. So the sample may run on
-the kind of device that did not compute it.
+Results of a GPU and of a processor are bitwise identical. So the sample may run on a
+device of the other kind.
 
-On one machine, with the same versions, results of a job are bitwise identical. Between
-machines that is not certain: sin, cos, exp and log come from the mathematics library of
+On one machine, with unchanged versions, results of a job are bitwise identical. Between
+machines results may differ: sin, cos, exp and log come from the mathematics library of
 the system, and LLVM compiles for the processor of the machine.
 """
 
@@ -35,18 +35,18 @@ from sweep.trial import failed
 from sweep.workers import ExecutorFactory, drive
 
 REPEATABLE = ("done", "diverged", "failed")
-"""Statuses that a repeated trial has again.
+"""Statuses that are reproducible.
 
 Timeouts and dead workers depend on the machine.
 """
 CONFIDENCE = 0.95
 MOST_LISTED = 20
-OTHER_NOW = "another file now; the trials ran by that of then"
+OTHER_NOW = "another file now; the trials ran with the stored code"
 NOT_PROMISED = (
-    "The same bits are promised on one machine with the same versions. Another"
-    " processor or version of LLVM,\nor another mathematics library where a model of"
-    " yours calls one, may round differently, in the last place\nfirst: such a"
-    " difference is no error of the store."
+    "Results are bitwise identical on one machine with the same package versions."
+    " Another processor or LLVM\nversion may round differently. So may another"
+    " mathematics library, if a custom model calls the library.\nA difference in"
+    " rounding is no error of the store."
 )
 
 
@@ -61,7 +61,7 @@ class Refused(NamedTuple):
 
 @dataclass
 class Verification:
-    """The result of a comparison of stored trials with the same trials, run again.
+    """The result of a comparison of stored trials with repeated trials.
 
     Attributes
     ----------
@@ -78,7 +78,7 @@ class Verification:
     values : Counter
         Numbers of compared values, by table.
     origins : Counter
-        Numbers of trials, by the processor and versions that computed them.
+        Numbers of trials, by the processor and versions of the stored run.
     differing : dict
         The differences of trials that differ, by trial id.
     other_now : set of Path
@@ -163,7 +163,7 @@ class Verification:
         lines += [
             f"now        {machine_said(self._now())}",
             *(f"code       {path}: {OTHER_NOW}" for path in sorted(self.other_now)),
-            f"result     {checked - differing:,} of {checked:,} the same",
+            f"result     {checked - differing:,} of {checked:,} bitwise identical",
         ]
         lines.append(f"bound      {self._bound()}")
         differences = [*chain.from_iterable(self.differing.values())]
@@ -183,8 +183,8 @@ class Verification:
         differing = len(self.differing)
         if checked == self.stored:
             return (
-                f"{differing:,} of all {checked:,} trials differ:"
-                " none was left to chance"
+                f"{differing:,} of all {checked:,} trials differ;"
+                " every trial was checked"
             )
         percent = 100 * upper_bound(checked, differing)
         sure = f"with {100 * CONFIDENCE:.0f} % confidence"
@@ -204,7 +204,7 @@ def verify(
 ) -> Verification:
     """Run a random sample of the stored trials again and compare it, bit for bit.
 
-    A trial that no launch can have written counts as one that differs. A trial that the
+    A trial that no launch can have written counts as a difference. A trial that the
     executor cannot run is left out.
 
     Parameters
@@ -223,7 +223,7 @@ def verify(
         Prefer trials that ran on the other kind of device: on a GPU if the executor
         uses processors, and the other way round.
     report : callable, optional
-        The callback that reports how many of how many trials are compared.
+        The callback with the numbers of compared trials and of all sampled trials.
 
     Returns
     -------
@@ -238,7 +238,7 @@ def verify(
         Other code computed the trials, no trial can be compared, or a part is damaged.
     """
     if not 0 <= fraction <= 1:
-        raise ChoiceError(f"fraction: {fraction:g}; allowed: from 0 to 1, as 0.01")
+        raise ChoiceError(f"fraction: {fraction:g}; allowed: 0 to 1, such as 0.01")
     device = executor.flying.device
     among = _ran_elsewhere(study, device) if elsewhere else None
     sample, verification = _drawn(study, fraction, most, seed, among=among)
@@ -266,16 +266,16 @@ def verify(
 
 
 class Among(NamedTuple):
-    """A group of stored trials, and their common property in words."""
+    """A group of stored trials, and the common property of the trials in words."""
 
     trial_ids: set[str]
     words: str
 
 
 def _ran_elsewhere(study: StoredStudy, device: dict[str, str] | None) -> Among | None:
-    """Return the stored trials that ran on the other kind of device, None if none did.
+    """Return the stored trials that ran on the other kind of device, or None.
 
-    Without a `device` these are trials that ran on one.
+    With a `device`, the trials ran on a processor; without, on a device.
     """
     by_provenance = by_origin(study.store, [*study.store.trial_ids()])
     elsewhere = {
@@ -284,7 +284,7 @@ def _ran_elsewhere(study: StoredStudy, device: dict[str, str] | None) -> Among |
         for trial in trial_ids
         if ("device" in provenance) != bool(device)
     }
-    words = " that a processor flew" if device else " that a device flew"
+    words = " that a processor computed" if device else " that a device computed"
     return Among(elsewhere, words) if elsewhere else None
 
 
@@ -312,7 +312,7 @@ def _drawn(
     )
     if not comparable:
         raise StoreError(
-            f"study {study.name}: no trial of the spec is stored that could be compared"
+            f"study {study.name}: the store has no trial of the spec to compare"
         )
     size = max(1, min(most, math.ceil(fraction * len(comparable))))
     chosen = np.random.default_rng(seed).choice(len(comparable), size, replace=False)
@@ -328,19 +328,19 @@ def _drawn(
 def check_code(study: StoredStudy) -> None:
     """Raise StoreError if other code computed the trials of a study.
 
-    A comparison with results of this code would then mean nothing.
+    Such a comparison would have no meaning.
     """
     if changes := _code_changes(study):
         commit = study.provenance["git"].get("commit")
-        where = f"check out {commit}" if commit else "install the version of then"
+        where = f"check out {commit}" if commit else "install the earlier version"
         raise StoreError(
             f"study {study.name} was computed by other code ({', '.join(changes)}):"
-            f" there is nothing to compare; {where} to verify it"
+            f" {where} to verify the study"
         )
 
 
 def _code_changes(study: StoredStudy) -> list[str]:
-    """Return the changes of the code since it computed the trials, in words."""
+    """Return the changes of the code since the trials ran, in words."""
     then = study.code
     return (
         then.changes(as_now(then, study.running(study.provenance)))
@@ -363,7 +363,7 @@ def _check(
     *,
     checked: Callable[[], None],
 ) -> None:
-    """Run stored trials again and count them; call `checked` after each batch."""
+    """Run stored trials again and count the trials; call `checked` after each batch."""
     stored = {trial.row["trial_id"]: trial for trial in trials}
     jobs = list[Job]()
     for trial in trials:
@@ -374,7 +374,7 @@ def _check(
             verification.count_refused(trial, error)
             continue
         if why := executor.flying.refusal(job):
-            verification.left_out[f"cannot fly on a GPU ({why})"] += 1
+            verification.left_out[f"cannot run on a GPU ({why})"] += 1
             verification.stored -= 1
         else:
             jobs.append(job)
@@ -399,16 +399,16 @@ def _check(
 def upper_bound(checked: int, differing: int, confidence: float = CONFIDENCE) -> float:
     """Return an upper bound for the fraction of trials that differ.
 
-    The bound is the one-sided bound of Clopper and Pearson. It is exact for a sample
-    with replacement. The sample is drawn without, for which the bound is somewhat too
-    high: the safe side.
+    The bound is the one-sided bound of Clopper and Pearson, which is exact for a sample
+    with replacement. The sample here is drawn without replacement, so that the bound is
+    slightly too high, and conservative.
 
     Parameters
     ----------
     checked : int
         The size of the sample.
     differing : int
-        The number of trials in it that differ.
+        The number of differing trials in the sample.
     confidence : float, default 0.95
         The confidence level.
 

@@ -22,7 +22,7 @@ COLOURS = 64
 SHADES_APART = 17
 """The distance between two shades of a colour in the palette of a GIF.
 
-With it, white and light grey stay different.
+With this distance, white and light grey stay different.
 """
 
 FFMETADATA = ";FFMETADATA1"
@@ -40,7 +40,7 @@ def find_ffmpeg() -> str:
     Raises
     ------
     OutputError
-        Neither is installed.
+        ffmpeg is not installed.
     """
     if of_system := shutil.which("ffmpeg"):
         return of_system
@@ -49,8 +49,8 @@ def find_ffmpeg() -> str:
 
         return str(get_ffmpeg_exe())
     raise OutputError(
-        f"MP4 needs ffmpeg, which is not installed: {installing('video')} brings one"
-        " along; a .gif needs none"
+        f"MP4 needs ffmpeg, which is not installed: {installing('video')} installs"
+        " ffmpeg; a .gif does not need ffmpeg"
     )
 
 
@@ -69,7 +69,7 @@ def write_gif(
     file : binary file
         The new file.
     later : sequence of (int, int, int), optional
-        Colours of later figures, red, green and blue, which the palette has too.
+        Colours of later figures, red, green and blue, which are added to the palette.
     comment : str, default ""
         The text of the comment extension, written in UTF-8.
     """
@@ -150,7 +150,7 @@ def _run_ffmpeg(pictures: Pictures, path: Path, metadata: Path | None = None) ->
             for picture in pictures:
                 process.stdin.write(picture.tobytes())
             process.stdin.close()
-        except BrokenPipeError:  # ffmpeg has ended; its own error follows
+        except BrokenPipeError:  # ffmpeg has ended; the error of ffmpeg follows
             pass
         error = process.stderr.read().decode(errors="replace").strip()
     if process.returncode != 0:

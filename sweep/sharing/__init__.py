@@ -1,13 +1,15 @@
-"""A stored study for other people: as one file, a citation and a description.
+"""A stored study to share: as one file, as a citation and as a description.
 
 content      one hash of all results of a study
 odd_document ODD description of the model and the study
 citing       the works to cite with a study
-packed_file  the file of a study, its members and their checksums
+
+packed_file  the file of a study, with members and checksums
 packing      a study -> one file
 unpacking    one file -> a study
-laid_out     a study -> its spec and its code as files, to resume it
-stranger     the texts of that file for readers without boidsweep
+stranger     the texts of the file for readers without boidsweep
+
+laid_out     a study -> spec and code as files, to resume the study
 """
 
 import lazy_loader

@@ -1,7 +1,7 @@
-"""Works to cite with a study: the program, the work behind its model, the study itself.
+"""Works to cite with a study: the program, the work behind the model, and the study.
 
-The program is described by CITATION.cff, a built-in model by the published.yaml of its
-paper, and any other model by the source that its author states.
+CITATION.cff describes the program. The published.yaml of a publication describes a
+built-in model. The stated source describes any further model.
 """
 
 import json
@@ -48,13 +48,13 @@ class Work:
         One of TYPES.
     title : str
     authors : tuple of Author
-        Empty if they are not stated.
+        Empty if no authors are stated.
     year : int or None
-        None if it is not stated.
+        None if no year is stated.
     version : str
         "" without a version.
     note : str
-        What else identifies the work: its source, its licence or a hash.
+        A further identification of the work: a source, a licence or a hash.
     """
 
     key: str
@@ -80,10 +80,12 @@ class Work:
         year = f" ({self.year})" if self.year is not None else ""
         version = f", version {self.version}" if self.version else ""
         note = f". {self.note}" if self.note else ""
+        # The note of a model is the source, which names authors and year.
+        named = self.authors and self.kind != "model"
         work = (
             f"{_listed(self.authors)}{year}: {self.title}{version}"
-            if self.authors
-            else f"{self.title}{version}{year}"
+            if named
+            else f"{self.title}{version}{'' if self.authors else year}"
         )
         missing = ", ".join(self.not_stated)
         return f"{work}{note}." + (f" [not stated: {missing}]" if missing else "")
@@ -91,7 +93,7 @@ class Work:
     def as_bibtex(self) -> str:
         """Return an entry for BibTeX.
 
-        Its type is @misc, the only one that every style has.
+        The type is @misc, the only type that every style has.
         """
         fields = {
             "title": f"{{{_tex(self.title)}}}",
@@ -125,7 +127,7 @@ class Citation:
     works: tuple[Work, ...]
 
     def as_text(self) -> str:
-        """Return one line per work, with its missing parts."""
+        """Return one line per work, with the missing parts of the work."""
         return "\n".join(f"{work.kind:<9} {work.as_text()}" for work in self.works)
 
     def as_bibtex(self) -> str:
@@ -141,7 +143,7 @@ class Citation:
 def cite(study: StoredStudy | None = None) -> Citation:
     """Return the works to cite with a stored study, or for the program alone.
 
-    The hash of its content identifies the study.
+    The hash of the content identifies the study.
 
     Parameters
     ----------
@@ -167,7 +169,7 @@ def cite(study: StoredStudy | None = None) -> Citation:
     if study is None:
         return Citation((program(),))
     if not study.store.current_parts():
-        raise ChoiceError("no trials of it are stored", study.name)
+        raise ChoiceError("no trials are stored", study.name)
     return Citation((program(), behind_model(study), itself(study)))
 
 
@@ -210,7 +212,7 @@ def behind(name: str, known: Catalogue) -> Work:
 def itself(study: StoredStudy) -> Work:
     """Return the stored study as a work, with the hash of its results.
 
-    Its year is that of the newest stored part.
+    The year of the work is the year of the newest stored part.
     """
     stored = sum(count for name, count in study.statuses().items() if name != "missing")
     return Work(
@@ -226,7 +228,7 @@ def itself(study: StoredStudy) -> Work:
 
 
 def stored_at(study: StoredStudy) -> datetime:
-    """Return when the newest part of a study was stored, in UTC."""
+    """Return the time of the newest stored part of a study, in UTC."""
     newest = max(part.name for part in study.store.current_parts())
     return datetime.fromtimestamp(int(newest[:20]) // 10**9, UTC)
 
@@ -258,5 +260,5 @@ def _tex(text: str) -> str:
 
 
 def _tex_name(author: Author) -> str:
-    """Return the name of an author; of a group in braces, so that it is not split."""
+    """Return the name of an author, for a group in braces that prevent a split."""
     return f"{{{_tex(author.name)}}}" if author.group else _tex(author.name)

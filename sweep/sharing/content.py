@@ -1,7 +1,7 @@
 """One hash of all results of a study.
 
-Equal numbers have an equal hash, wherever and in whichever parts they are stored, and
-under whichever name.
+Equal numbers have an equal hash. The hash does not depend on the location, the parts
+and the name of the study.
 """
 
 import hashlib
@@ -16,18 +16,18 @@ from sweep.tables import TABLES, StoredStudy
 LEFT_OUT = ("seconds", "error", "replay")
 """Columns that differ from run to run, or with the name of the study."""
 TRIALS_AT_A_TIME = 50_000
-"""Trials per block. The hash depends on it, so it cannot change."""
+"""Trials per block. The hash depends on this number, which therefore cannot change."""
 
 
 def content_hash(study: StoredStudy) -> str:
     """Return the sha256 of the results of a study, in hexadecimal.
 
-    It covers the stored tables of the trials of the spec, in the order of the spec and
-    bit for bit. Each block of 50,000 trials enters table by table, and each table
-    column by column in the order of their names. A column enters with its name, type,
-    number of rows, which rows are empty, and the values. Strings and lists have their
-    lengths first, and all numbers are little-endian. Wall times, error texts and
-    commands are left out. Raises StoreError.
+    The hash covers the stored tables of the trials of the spec, in the order of the
+    spec and bit for bit. Each block of 50,000 trials enters table by table. Each table
+    enters column by column, in the order of column names. A column enters with its
+    name, type, number of rows, empty rows, and values. Strings and lists begin with a
+    length, and all numbers are little-endian. Wall times, error texts and commands are
+    left out. Raises StoreError.
     """
     digest = hashlib.sha256()
     ids = study.plan["trial_id"].combine_chunks()
@@ -48,7 +48,7 @@ def _add_table(digest: Any, name: str, table: pa.Table, ids: pa.Array) -> None:
 
 
 def _add(digest: Any, values: pa.Array) -> None:
-    if isinstance(values, pa.ChunkedArray):  # one without rows
+    if isinstance(values, pa.ChunkedArray):  # a column without rows
         values = pa.array([], values.type)
     digest.update(pc.is_valid(values).to_numpy(zero_copy_only=False).tobytes())
     values = values.drop_null()

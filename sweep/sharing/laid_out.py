@@ -1,7 +1,7 @@
 """A stored study as files from which it can be resumed.
 
-These are its spec, its code where the spec looks for it, and earlier versions of the
-code in folders of their own. None of the code runs.
+The files are the spec, the code in the position that the spec expects, and earlier
+versions of the code in separate folders. No code runs.
 """
 
 import os
@@ -23,8 +23,8 @@ MOST_ABOVE = 8
 class LaidOut:
     """Files that were written, the spec first.
 
-    `code_from` is the folder of the code, which a run must be given. It is None if the
-    code is next to the spec.
+    `code_from` is the folder of the code, which a run needs as an option. The value is
+    None if the code is next to the spec.
     """
 
     files: tuple[Path, ...]
@@ -45,10 +45,10 @@ def check_new(folder: Path) -> None:
 def lay_out(study: StoredStudy, folder: Path) -> LaidOut:
     """Write the spec and the custom code of a study into a new folder.
 
-    The spec and the code are those of the last run. Each other version of the code by
-    which stored trials were computed has a folder of its own. A study that was renamed
-    has its new name in the spec. Raises OutputError for a folder that exists or cannot
-    be written, and StoreError for code that no run has stored.
+    The spec and the code come from the last run. Each earlier version of the code that
+    computed stored trials has a separate folder. The spec of a renamed study has the
+    new name. Raises OutputError for a folder that exists or cannot be written, and
+    StoreError for code that no run has stored.
     """
     check_new(folder)
     spec_folder = PurePosixPath()
@@ -64,7 +64,7 @@ def lay_out(study: StoredStudy, folder: Path) -> LaidOut:
         texts += [(home / name, text) for name, text in files.items()]
     names = [name for name, _ in texts]
     if len({str(name).casefold() for name in names}) < len(names):
-        raise StoreError("two files of its code have one name", study.name)
+        raise StoreError("two files of the custom code have one name", study.name)
     folder.mkdir(parents=True)
     for name, text in texts:
         with unfinished(folder / name, folder) as file:
@@ -76,12 +76,13 @@ def lay_out(study: StoredStudy, folder: Path) -> LaidOut:
 def _spec_folder(study: StoredStudy, steps: PurePosixPath) -> PurePosixPath:
     """Return the folder of the spec, relative to the new folder.
 
-    The folder of the code is some steps up and down from it, and must be in the new
-    folder. The names are those of the folders at the time of the run.
+    `steps` leads up and down from the folder of the spec to the folder of the code,
+    which must be in the new folder. Folders keep the names that they had during the
+    run.
     """
     above = steps.parts.count("..")
     if steps.is_absolute() or above > MOST_ABOVE:
-        raise StoreError(f'its code was taken from "{steps}"', study.name)
+        raise StoreError(f'the custom code came from "{steps}"', study.name)
     then = PurePosixPath(str(study.provenance.get("spec_path", ""))).parent.parts
     names = then[len(then) - above :] if above <= len(then) else ()
     if not all(map(PLAIN.fullmatch, names)) or len(names) < above:

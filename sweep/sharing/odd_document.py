@@ -1,16 +1,19 @@
 """An ODD description of a model and a study: overview, design concepts, details.
 
-Its elements are those of Grimm et al. 2020, Journal of Artificial Societies and Social
-Simulation 23(2), 7. All texts come from the declarations of a model, a metric, a map, a
-start and a spec, and from the docstrings of functions. A missing text is printed as a
-gap, "not stated", and listed at the end, so that an author can fill it in.
+The elements follow Grimm et al. 2020, Journal of Artificial Societies and Social
+Simulation 23(2), 7. All texts come from the declarations of a model, metrics, maps,
+initial conditions and a spec, and from the docstrings of functions. A missing text is
+printed as a gap, "not stated", and listed at the end for the author to fill in.
 """
 
 import inspect
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import islice, product
 from pathlib import Path
 from typing import Any, get_args, get_type_hints
+
+import numpy as np
 
 from kernels.catalogue import Catalogue
 from kernels.model import Model
@@ -26,6 +29,7 @@ from sweep.spec import (
     Study,
     Value,
     keys_of,
+    parse,
     settings_of,
     spelled,
 )
@@ -45,9 +49,11 @@ GROUPS = {
     "start": "Initial condition",
     "observation": "Observation",
 }
-"""Headings of the groups of parameters, in their order."""
+"""Headings of the groups of parameters, in the order of the page."""
 MAY_BE_OFF = ("sensing", "actuation", "failures", "medium")
-"""Groups of parameters that are left out where they have no effect."""
+"""Groups whose parameters are off with the value of an ideal boid."""
+MOST_COMBINED = 10_000
+"""Most combinations of values for which a condition is evaluated."""
 STREAMS = keys_of(Streams)
 SEARCHED = "searched"
 """Text that replaces the value of a parameter that a search varies."""
@@ -73,15 +79,15 @@ class StudyFacts:
     replicates : str
         Number of trials per point, in words.
     seeds : str
-        Origin of their random numbers, in words.
+        Origin of the random numbers, in words.
     streams : mapping
         "common" or "independent" by purpose of the random numbers.
     spec : str
         Text of the spec.
     searches : bool
-        True for a search, which decides as it runs which points it has.
+        True for a search, which chooses points during the run.
     continued : str
-        Axis along which trials are links of chains, "" without one.
+        Axis along which trials are links of chains, "" without chains.
     directions : sequence of str
         Directions of the chains, one after the other.
     code : bool
@@ -157,7 +163,7 @@ def of_stored(study: StoredStudy) -> StudyFacts:
     """
     trials = study.trials
     if not len(trials):
-        raise ChoiceError("no trials of it are stored", study.name)
+        raise ChoiceError("no trials are stored", study.name)
     try:
         known = study.running(study.provenance)
         code = True
@@ -226,8 +232,8 @@ class _Page:
         self.heading(1, f"ODD of the study {facts.name}")
         self.say(
             f"The model {facts.model.name}, described after Grimm et al. (2020) by"
-            f" boidsweep {program().version} from what its code and the spec say of"
-            " themselves."
+            f" boidsweep {program().version} from the declarations of the code and the"
+            " spec."
         )
         for number, (title, write) in enumerate(ELEMENTS.items(), 1):
             self.heading(2, f"{number}. {title}")
@@ -306,12 +312,12 @@ def _purpose(page: _Page) -> None:
     comment = page.facts.document.comment
     page.either(
         f"The spec of the study begins: {comment}" if comment else None,
-        "the purpose of this study, and the question that it answers: the spec begins"
-        " with no comment that says it",
+        "the purpose of this study, and the research question: write both in a comment"
+        " at the beginning of the spec",
     )
     page.gap(
-        "patterns by which the model is judged fit for that purpose; what is recorded"
-        " stands under Observation"
+        "patterns by which the model is judged fit for the purpose; Observation lists"
+        " the recorded metrics"
     )
 
 
@@ -331,7 +337,7 @@ def _entities(page: _Page) -> None:
         (name, spelled(column.unit, model), column.text)
         for name, column in model.state.items()
     ]
-    page.table(("state of a boid", "unit", "what it is"), rows)
+    page.table(("state of a boid", "unit", "meaning"), rows)
     page.say(
         f"Lengths are in {model.length}, times in {model.time}. A step is one update of"
         " all boids."
@@ -346,7 +352,7 @@ def _entities(page: _Page) -> None:
             continue
         page.heading(3, title)
         page.table(
-            ("parameter", "symbol", "value", "unit", "allowed", "what it is"),
+            ("parameter", "symbol", "value", "unit", "allowed", "meaning"),
             [
                 (
                     setting.name,
@@ -363,44 +369,77 @@ def _entities(page: _Page) -> None:
     off = [setting.name for setting in every if _is_off(facts, setting)]
     if off:
         page.say(
-            "These parameters of sensing, actuation, failures and wind are off in all"
-            f" trials: {', '.join(off)}."
+            "These parameters are off, or have no effect on any trial:"
+            f" {', '.join(off)}."
         )
 
 
 def _is_off(facts: StudyFacts, setting: Setting) -> bool:
-    """Return whether a parameter of robots or of wind has no effect in any trial."""
-    if setting.group not in MAY_BE_OFF:
-        return False
-    neutral = 0.0 if setting.spread_of else COMMON.get(setting.name)
-    return list(facts.values.get(setting.name, ())) == [neutral]
+    """Return whether a parameter has no effect in any trial."""
+    values = list(facts.values.get(setting.name, ()))
+    if setting.spread_of:
+        return values == [0.0]
+    if setting.group == "observation":
+        metrics = filter(None, map(facts.known.metrics.get, facts.record))
+        return not any(setting.name in metric.parameters for metric in metrics)
+    if setting.only_where:
+        return not _can_hold(facts, setting.only_where.condition)
+    neutral = COMMON.get(setting.name)
+    is_amount = setting.low == 0.0 or setting.kind == "places"
+    may_be_off = setting.group in MAY_BE_OFF or (is_amount and not neutral)
+    return may_be_off and values == [neutral]
+
+
+def _can_hold(facts: StudyFacts, condition: str) -> bool:
+    """Return whether a condition can hold for values of the parameters in the study.
+
+    Values are combined freely, so a condition of several varied parameters may hold in
+    none of the trials.
+    """
+    expression = parse(condition, facts.settings)
+    names = sorted(expression.names)
+    values = [facts.values[name] for name in names]
+    if any(SEARCHED in some for some in values):
+        return True
+    combined = list(islice(product(*values), MOST_COMBINED))
+    if len(combined) == MOST_COMBINED:
+        return True
+    columns = {
+        name: np.array(column)
+        for name, column in zip(names, zip(*combined, strict=True), strict=True)
+    }
+    return bool(expression.evaluate(columns, len(combined)).any())
 
 
 def _process(page: _Page) -> None:
     facts = page.facts
     model = facts.model
+    page.say(
+        "A trial draws the world and the initial condition, and then runs `steps` steps"
+        " of the duration `dt`. A step updates all boids, and then applies the boundary"
+        " condition `borders`. Metrics are computed from recorded steps."
+    )
     declared = _own_settings(model).items()
     updates = [name for name, declaration in declared if declaration == UPDATE]
     for name in updates:
-        page.say(f"Order of updates ({name}): {_values(facts, name)}. {UPDATE.text}.")
+        page.say(f"The parameter {name} sets the order: {_values(facts, name)}.")
     if model.update_order:
         page.say(f"Order of updates: {model.update_order}.")
     elif not updates:
         page.gap(
             "whether boids are updated one after the other or all at once: the model"
-            " has neither a setting nor an update_order that says it; its step, below,"
-            " may"
+            " has neither such a parameter nor an update_order; see the step below"
         )
     if facts.model.equations:
         page.say("A step is defined by the equations of the submodels below.")
         return
     if not facts.code:
-        page.gap("what happens in a step: the model's own code was not loaded")
+        page.gap("the course of a step: the custom code of the model was not loaded")
         return
-    page.either(_text(model.advance), "what a step does, in words")
+    page.either(_text(model.advance), "a description of the step, in words")
     called = _called(model.advance)
     if called:
-        page.say("A step calls these functions, in the order in which it names them:")
+        page.say("A step calls the following functions, in the order of the code:")
         page.list(
             f"`{name}`: {_first(_text(function))}" for name, function in called.items()
         )
@@ -415,7 +454,7 @@ def _concepts(page: _Page) -> None:
 def _basic_principles(page: _Page) -> None:
     rules = page.facts.model.rules
     if rules:
-        page.say("Boids steer by rules, each with a weight; 0 switches it off.")
+        page.say("Boids steer by rules with weights; a weight of 0 disables a rule.")
         page.table(
             ("rule", "weight", "value", "to the goal"),
             [
@@ -429,7 +468,7 @@ def _basic_principles(page: _Page) -> None:
             ],
         )
     else:
-        page.gap("the rules by which boids steer: no setting is the weight of one")
+        page.gap("the rules by which boids steer: no parameter is the weight of a rule")
 
 
 def _objectives(page: _Page) -> None:
@@ -438,48 +477,55 @@ def _objectives(page: _Page) -> None:
         goal = [_values(page.facts, name) for name in ("goal_x", "goal_y")]
         page.say(f"Boids go to the goal at ({', '.join(goal)}) by {', '.join(rules)}.")
         if later := _values(page.facts, "next_goals"):
-            page.say(f"From there they go on to {later}, one after the other.")
+            page.say(f"Further goals follow, one after the other: {later}.")
     else:
         page.say("No rule leads boids to a goal.")
-    page.gap("objectives of boids besides those of the rules")
+    page.gap("objectives of boids in addition to the rules")
 
 
 def _sensing(page: _Page) -> None:
     facts = page.facts
     model = facts.model
-    if facts.code:
-        page.either(_text(model.sight), "whom boids see, in words")
+    if model.equations:
+        page.say("The submodels below define the perceived neighbours of a boid.")
+    elif facts.code:
+        page.either(_text(model.sight), "the perceived neighbours of a boid, in words")
     else:
-        page.gap("whom boids see: the model's own code was not loaded")
-    looks = "where it last flew" if model.faces_heading else "all round"
+        page.gap(
+            "the perceived neighbours of a boid: the custom code of the model was not"
+            " loaded"
+        )
+    looks = "in its last direction of motion" if model.faces_heading else "all round"
     page.say(f"A boid at rest looks {looks}.")
 
 
 def _interaction(page: _Page) -> None:
     if not page.facts.code:
-        page.gap("how boids act on each other: the model's own code was not loaded")
+        page.gap(
+            "how boids act on each other: the custom code of the model was not loaded"
+        )
         return
-    page.say("Boids act on each other, and obstacles on them, by the submodels below.")
+    page.say("The submodels below define how boids and obstacles act on boids.")
 
 
 def _stochasticity(page: _Page) -> None:
     facts = page.facts
     page.say(
-        f"Random numbers are {facts.seeds}. `common` means the same numbers at every"
-        " point, `independent` others at each."
+        f"Random numbers are {facts.seeds}. `common` means equal random numbers at all"
+        " points, `independent` different random numbers at each point."
     )
     page.table(
-        ("stream", "numbers", "what is drawn"),
+        ("stream", "numbers", "drawn quantities"),
         [(key.name, facts.streams.get(key.field, ""), key.text) for key in STREAMS],
     )
 
 
 def _collectives(page: _Page) -> None:
     page.say(
-        "Flocks are found for metrics alone: boids nearer than flock_range"
-        f" ({_values(page.facts, 'flock_range')}) are of one flock."
+        "Flocks are detected for metrics only: boids closer than flock_range"
+        f" ({_values(page.facts, 'flock_range')}) belong to one flock."
     )
-    page.gap("whether flocks act on boids in another way than by the submodels")
+    page.gap("whether flocks act on boids in a way that is not in the submodels")
 
 
 def _observation(page: _Page) -> None:
@@ -487,9 +533,9 @@ def _observation(page: _Page) -> None:
     rows = []
     for name, (unit, text) in facts.record.items():
         metric = facts.known.metrics.get(name)
-        source = metric.source if metric else "computed from others, by the spec"
+        source = metric.source if metric else "computed by the spec from metrics"
         rows.append((name, unit, text, source))
-    page.table(("metric", "unit", "what it is", "source"), rows)
+    page.table(("metric", "unit", "meaning", "source"), rows)
 
 
 def _stated_nowhere(missing: str) -> Callable[[_Page], None]:
@@ -500,22 +546,22 @@ def _initialization(page: _Page) -> None:
     facts = page.facts
     for name in _texts(facts, "start_draws"):
         start = facts.known.starts[name]
-        page.say(f"Start `{name}`: {start.text} ({start.source}).")
+        page.say(f"Initial condition `{name}`: {start.text} ({start.source}).")
     for name in _texts(facts, "map"):
         known = facts.known.maps.get(name)
         if known:
-            drawn = " Every trial draws it anew." if known.random else ""
+            drawn = " Every trial draws a new map." if known.random else ""
             page.say(f"Map `{name}`: {known.text} ({known.source}).{drawn}")
         else:
-            page.say(f"Map `{name}`: brought by the spec.")
+            page.say(f"Map `{name}`: defined in the spec.")
     if facts.model.begin_state:
         text = _text(facts.model.begin_state) if facts.code else None
-        page.either(text, "how the state of boids begins")
-    page.say("The values of the settings of the start stand above.")
+        page.either(text, "the initial state of boids")
+    page.say("The values of the parameters of the initial condition are listed above.")
 
 
 def _input_data(page: _Page) -> None:
-    page.say("No data is read while boids fly: all stands in the settings and the map.")
+    page.say("A trial reads no input data: parameters and map define the trial.")
 
 
 def _submodels(page: _Page) -> None:
@@ -524,14 +570,14 @@ def _submodels(page: _Page) -> None:
         page.say(facts.model.equations.strip())
         return
     if not facts.code:
-        page.gap("the submodels: the model's own code was not loaded")
+        page.gap("the submodels: the custom code of the model was not loaded")
         return
     called = _called(facts.model.advance)
     for name, function in called.items():
         page.heading(3, f"`{name}` ({function.__module__})")
-        page.either(_text(function), f"what `{name}` does")
+        page.either(_text(function), f"a description of `{name}`")
     if not called:
-        page.gap("the submodels: the step of the model calls no function of a name")
+        page.gap("the submodels: the step of the model calls no named function")
 
 
 def _experiment(page: _Page) -> None:
@@ -539,25 +585,25 @@ def _experiment(page: _Page) -> None:
     varied = [name for name, values in facts.values.items() if len(values) > 1]
     if facts.searches:
         page.say(
-            "It is a search, which decides as it runs which points it has. The spec"
-            f" says its parameters, objectives and budget. Preset {facts.preset}."
+            "The study is a search, which chooses points during the run. The spec lists"
+            f" the parameters, objectives and budget. Preset {facts.preset}."
         )
     else:
         page.say(
-            f"{facts.points:,} points, {facts.replicates} trials a point,"
-            f" {facts.trials:,} trials in all. Preset {facts.preset}."
+            f"{facts.points:,} points, {facts.replicates} trials per point,"
+            f" {facts.trials:,} trials in total. Preset {facts.preset}."
         )
     if varied:
         page.table(
-            ("setting that varies", "values"),
+            ("varied parameter", "values"),
             [(name, _values(facts, name)) for name in varied],
         )
     if facts.continued:
         page.say(
-            f"Trials along {facts.continued} are links of chains, a chain a replicate,"
-            f" {' and then '.join(facts.directions)}: the first link begins as stated"
-            " under Initialization, each other one with the last positions, velocities"
-            " and states of the link before it."
+            f"Trials along {facts.continued} are links of chains, one chain per"
+            f" replicate, {' and then '.join(facts.directions)}. The first link begins"
+            " as stated under Initialization. Each further link begins with the last"
+            " positions, velocities and states of the previous link."
         )
     page.say("The spec:")
     spec = "\n".join(facts.document.for_readers).strip()
@@ -573,11 +619,11 @@ ELEMENTS: Mapping[str, Callable[[_Page], None]] = {
     "Input data": _input_data,
     "Submodels": _submodels,
 }
-"""Functions that write the elements of ODD, in their order."""
+"""Functions that write the elements of ODD, in the order of ODD."""
 CONCEPTS: Mapping[str, Callable[[_Page], None]] = {
     "Basic principles": _basic_principles,
-    "Emergence": _stated_nowhere("what emerges, and what the rules impose"),
-    "Adaptation": _stated_nowhere("how boids adapt, besides steering by the rules"),
+    "Emergence": _stated_nowhere("results that emerge, and results that rules impose"),
+    "Adaptation": _stated_nowhere("how boids adapt, in addition to the rules"),
     "Objectives": _objectives,
     "Learning": _stated_nowhere("whether boids learn"),
     "Prediction": _stated_nowhere("whether boids predict"),
@@ -587,7 +633,7 @@ CONCEPTS: Mapping[str, Callable[[_Page], None]] = {
     "Collectives": _collectives,
     "Observation": _observation,
 }
-"""Functions that write the design concepts of ODD, in their order."""
+"""Functions that write the design concepts of ODD, in the order of ODD."""
 
 
 def _recorded(study: Study) -> dict[str, tuple[str, str]]:
@@ -618,10 +664,10 @@ def _own_settings(model: Model) -> dict[str, About]:
 
 
 def _called(function: Any) -> dict[str, Any]:
-    """Return the functions that a function calls, by their names in its module.
+    """Return the functions that a function calls, by name in the module.
 
-    They are in the order in which its code names them. Functions of the same module are
-    followed by those that they call.
+    The functions are in the order of the code. A function of the module of `function`
+    is followed by the functions that it calls.
     """
     functions = dict[str, Any]()
     _add_called(_plain(function), functions)

@@ -1,17 +1,20 @@
 """The file of a packed study: a zip with a list of checksums of all members.
 
     README.md               description for readers without boidsweep
-    ro-crate-metadata.json  the same for machines: RO-Crate 1.2
+    ro-crate-metadata.json  machine-readable description: RO-Crate 1.2
+
     CITATION.bib            works to cite
     provenance.json         spec, commits, versions, processors
+
     code/                   custom code, to be read
-    tables/                 trials.csv, and columns.csv, which describes its columns
+    tables/                 trials.csv, and columns.csv with a description of columns
     study/                  the stored files of the study, unchanged
+
     SHA256SUMS              for `sha256sum -c`
 
-No member is compressed. Tables are compressed already, and so a file cannot unpack to
-more than its own size. The file may be untrusted. All of it is checked before it is
-used: names, kinds of members, sizes, and each checksum.
+No member is compressed, because tables are compressed already. So a file cannot unpack
+to more than the size of the file. The file may be untrusted. Before use, a complete
+check covers names, kinds of members, sizes, and each checksum.
 """
 
 import hashlib
@@ -41,18 +44,18 @@ MOST_MEMBER_NAME = 500
 """Most characters of the name of a member."""
 READ_BYTES = 2**20
 BEGINNING = (1980, 1, 1, 0, 0, 0)
-"""Time of every member, so that a study is always packed as the same bytes."""
+"""Time of every member, so that a packed study always has identical bytes."""
 ENCRYPTED = 0x1
 """Bit of the flags of an encrypted member."""
-NONE_OF_OURS = 'is no file that "sweep pack" writes'
+NONE_OF_OURS = 'is not a file of "sweep pack"'
 MADE_BY_UNIX = 3
-"""System of every member, so that its attributes are a Unix file mode."""
+"""System of every member, so that attributes are a Unix file mode."""
 ORDINARY = (stat.S_IFREG | 0o644) << 16
 """Attributes of an ordinary file."""
 
 
 class Sink(io.RawIOBase):
-    """A stream that writes to another one and computes the sha256 of its data."""
+    """A stream that passes data to a second stream and computes the sha256."""
 
     def __init__(self, stream: Any) -> None:
         super().__init__()
@@ -81,7 +84,7 @@ Member = Callable[[Sink], None]
 
 
 def write_packed(file: BinaryIO, members: Mapping[str, Member]) -> None:
-    """Write a packed file: its members in their order, and then their checksums.
+    """Write a packed file: the members in order, followed by the checksums.
 
     Equal members give identical bytes.
     """
@@ -112,16 +115,16 @@ def _add(archive: ZipFile, name: str, write: Member) -> str:
 class PackedFile:
     """The file of a packed study, checked completely and open for reading.
 
-    Raises StoreError if it cannot be read, is no such file, or is damaged.
+    Raises StoreError if the file cannot be read, is not a packed study, or is damaged.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
         try:
-            # Opening a pipe would wait for its writer.
+            # Opening a pipe would wait for the writer.
             if not path.is_file():
                 raise OSError(
-                    "is no ordinary file" if path.exists() else "no such file"
+                    "not an ordinary file" if path.exists() else "no such file"
                 )
             self._file = path.open("rb")
         except OSError as error:
@@ -141,7 +144,7 @@ class PackedFile:
         self._file.close()
 
     def names(self) -> list[str]:
-        """Return the members of the study, by their paths in it."""
+        """Return the members of the study, as paths in the study."""
         begin = f"{STUDY}/"
         inside = (name for name in self.sums if name.startswith(begin))
         return [name.removeprefix(begin) for name in inside]
@@ -154,7 +157,7 @@ class PackedFile:
         name : str
             Name of the member.
         most : int
-            Most bytes that it may have.
+            Most bytes of the member.
 
         Returns
         -------
@@ -163,7 +166,7 @@ class PackedFile:
         Raises
         ------
         StoreError
-            If it is larger, damaged or not what was packed.
+            If the member is larger or damaged, or has changed since the packing.
         """
         if self._members[name].file_size > most:
             raise self.error(f"{name} is larger than {most:,} bytes")
@@ -183,14 +186,14 @@ class PackedFile:
         Raises
         ------
         StoreError
-            If the content is damaged, or is not what was packed.
+            If the content is damaged, or has changed since the packing.
         """
         sink = Sink(target)
         for content in self._contents(name):
             sink.write(content)
         if name != SUMS and sink.sha256 != self.sums[name]:
             raise self.error(
-                f"{name} is not what was packed: its sha256 is another one; get the"
+                f"{name} has changed since the packing: the sha256 differs; get the"
                 " file again"
             )
 
@@ -206,7 +209,7 @@ class PackedFile:
             raise self.error(f"{name} is damaged ({error})") from error
 
     def error(self, wrong: str) -> StoreError:
-        """Return an error of the file, which begins with its path."""
+        """Return an error of the file, which begins with the path."""
         return StoreError(f"{self.path}: {wrong}")
 
     def _check(self) -> None:
@@ -220,22 +223,22 @@ class PackedFile:
             self.copy(name, _Nowhere())
 
     def _named(self) -> dict[str, ZipInfo]:
-        """Return the members by name, after a check of their names, kinds and sizes."""
+        """Return the members by name, after a check of names, kinds and sizes."""
         members = dict[str, ZipInfo]()
         for info in self._archive.infolist():
             shown = shortened(ascii(info.filename)[1:-1])
             if info.filename in members:
-                raise self.error(f"{shown} stands in it twice")
+                raise self.error(f"{shown} is a member twice")
             if why := _strange(info):
-                raise self.error(f"{shown} {why}; nothing of it was written")
+                raise self.error(f"{shown} {why}; nothing was written")
             members[info.filename] = info
         for name in (SUMS, CRATE):
             if name not in members:
-                raise self.error(f"{NONE_OF_OURS}: it has no {name}")
+                raise self.error(f"{NONE_OF_OURS}: {name} is missing")
         size = self._file.seek(0, io.SEEK_END)
         unpacked = sum(info.file_size for info in members.values())
         if unpacked > size:
-            raise self.error(f"unpacks to {unpacked:,} bytes, and has {size:,} itself")
+            raise self.error(f"unpacks to {unpacked:,} bytes, but has only {size:,}")
         return members
 
     def _listed(self) -> dict[str, str]:
@@ -244,12 +247,12 @@ class PackedFile:
         rows = [SUM.fullmatch(line) for line in lines]
         sums = {row[2]: row[1] for row in rows if row}
         if len(sums) < len(lines):
-            raise self.error(f"{SUMS} is no list of checksums")
+            raise self.error(f"{SUMS} is not a list of checksums")
         different = sums.keys() ^ (self._members.keys() - {SUMS})
         if different:
             shown = shortened(ascii(min(different))[1:-1])
             lost = min(different) in sums
-            where = f"is in {SUMS} alone" if lost else "has no checksum"
+            where = f"is only in {SUMS}" if lost else "has no checksum"
             raise self.error(f"{shown} {where}; get the file again")
         return sums
 
@@ -266,17 +269,17 @@ def _strange(info: ZipInfo) -> str:
     path = PurePosixPath(name)
     plain = path.as_posix() == name and name.isprintable() and "\\" not in name
     if not plain or path.is_absolute() or ".." in path.parts or ":" in name:
-        return "is no plain path within the file"
+        return "is not a plain path within the file"
     if name != info.orig_filename or len(name) > MOST_MEMBER_NAME:
-        return "is no name that is allowed"
+        return "is not an allowed name"
     if kind not in (0, stat.S_IFREG):
         return "is a link or another special file"
     if info.flag_bits & ENCRYPTED:
         return "is encrypted"
     if info.compress_type != ZIP_STORED or info.compress_size != info.file_size:
-        return 'is compressed, and "sweep pack" compresses nothing'
+        return 'is compressed, but "sweep pack" compresses nothing'
     if path.parts[0] == STUDY and not _is_of_a_study(path.parts[1:]):
-        return "is no file that a study has"
+        return "is not a file of a study"
     return ""
 
 

@@ -1,6 +1,7 @@
 """A study as one file, for a colleague, an archive or another machine.
 
-The file has all stored files of the study, and what a reader without boidsweep needs.
+The file has all stored files of the study, and descriptions for readers without
+boidsweep.
 """
 
 import json
@@ -32,9 +33,9 @@ ENDINGS = (".zip",)
 
 @dataclass(frozen=True)
 class Packed:
-    """A written file of a study: its path, size and sha256.
+    """A written file of a study: path, size and sha256.
 
-    `apart` is the number of trials in it that do not belong to the spec of the last
+    `apart` is the number of packed trials that do not belong to the spec of the last
     run.
     """
 
@@ -55,13 +56,13 @@ def pack(
     """Write all stored files of a study into one .zip file.
 
     `sweep.sharing.packed_file` describes the file. A study always gives identical
-    bytes. A run of the study may continue meanwhile: the trials that it has stored by
-    then are packed.
+    bytes. A run of the study may continue meanwhile: the file has the trials that are
+    stored at the time of the packing.
 
     Parameters
     ----------
     study : StoredStudy
-        A whole study, not one that `where` has restricted.
+        A whole study, without a restriction by `where`.
     path : Path, optional
         By default `packed_name` in the current folder.
     force : bool, default False

@@ -1,6 +1,6 @@
 """The texts of a packed study for readers without boidsweep.
 
-These are a README, and RO-Crate metadata (https://w3id.org/ro/crate/1.2).
+The texts are a README, and RO-Crate metadata (https://w3id.org/ro/crate/1.2).
 """
 
 import json
@@ -11,50 +11,51 @@ from sweep.sharing.packed_file import CRATE, SUMS
 from sweep.tables import StoredStudy
 
 CONFORMS = "https://w3id.org/ro/crate/1.2"
-NO_LICENCE = "not stated: ask whoever gave you this file how it may be used"
+NO_LICENCE = "not stated: ask the sender of this file for permission to use the data"
 PARQUET = "application/vnd.apache.parquet"
 MEMBERS = {
-    "README.md": ("text/markdown", "what this file is"),
-    SUMS: ("text/plain", "the sha256 of every other file, for sha256sum -c"),
-    "CITATION.bib": ("text/x-bibtex", "what to cite"),
+    "README.md": ("text/markdown", "description of this file"),
+    SUMS: ("text/plain", "the sha256 of all files except this list, for sha256sum -c"),
+    "CITATION.bib": ("text/x-bibtex", "works to cite"),
     "provenance.json": (
         "application/json",
-        "where the results come from: the spec, the code, versions and machines",
+        "origin of the results: the spec, the code, versions and machines",
     ),
-    "tables/trials.csv": ("text/csv", "a row a trial: its settings and its metrics"),
-    "tables/columns.csv": ("text/csv", "a row a column of a table: type, unit, text"),
+    "tables/trials.csv": ("text/csv", "one row per trial: parameters and metrics"),
+    "tables/columns.csv": ("text/csv", "one row per column: type, unit, text"),
     "study/spec.yaml": ("application/yaml", "the spec of the study, as last launched"),
     "study/plan.parquet": (PARQUET, "the trials of the spec"),
-    "study/parts/": ("", "all tables in parts, as they are stored, in parquet files"),
+    "study/parts/": ("", "all tables in parts, as stored, in parquet files"),
 }
 """Media type and description of the members that every packed study has."""
 
 
 def readme(study: StoredStudy, citation: Citation) -> str:
-    """Return the README: the content of the file, and how other programs read it."""
+    """Return the README: the content of the file, and how programs read the content."""
     members = "\n".join(f"| `{name}` | {text} |" for name, (_, text) in MEMBERS.items())
     cited = "\n".join(f"- {work.as_text()}" for work in citation.works)
     return f"""# The study {study.name}
 
-{_described(study)} It is a file of boidsweep, a program for Monte Carlo experiments
-and parameter sweeps over boid swarms. You need not have that program to read it.
+{_described(study)} This is a file of boidsweep, a program for Monte Carlo experiments
+and parameter sweeps over boid swarms. Readers of the file do not need the program.
 
-| file | what it is |
+| file | content |
 |---|---|
-| `{CRATE}` | this description for machines (RO-Crate 1.2) |
+| `{CRATE}` | machine-readable description (RO-Crate 1.2) |
 {members}
-| `code/` | the models, metrics, maps and starts that the study brings, if it does |
+| `code/` | custom models, metrics, maps and initial conditions of the study, if any |
 
-## Read it
+## Read the file
 
-`tables/trials.csv` opens in any program, and `tables/columns.csv` says what each column
-is, with its unit. A text that begins with = + - @ or an apostrophe has one apostrophe
-more before it. A trial whose `status` is not `done` has no metrics.
+`tables/trials.csv` opens in any program, and `tables/columns.csv` describes each column
+with a unit. A string that begins with = + - @ or an apostrophe has an additional
+apostrophe at the beginning. A trial with a `status` different from `done` has no
+metrics.
 
 Series, heatmaps and trajectories are in `study/parts/*/`, in parquet files that DuckDB,
-pandas, polars or R read. Trials of an earlier spec may be among them: those of this
-spec have their `trial_id` in `study/plan.parquet`. A trial may be in several parts: the
-last part by name counts.
+pandas, polars or R read. Parts may contain trials of an earlier spec. The trials of
+this spec have a `trial_id` in `study/plan.parquet`. If a trial is in several parts, the
+last part by name is valid.
 
 ```sql
 -- DuckDB, in the folder of this file: the trials of the spec
@@ -63,12 +64,12 @@ WHERE trial_id IN (SELECT trial_id FROM 'study/plan.parquet')
 QUALIFY row_number() OVER (PARTITION BY trial_id ORDER BY filename DESC) = 1;
 ```
 
-`sha256sum -c {SUMS}` says whether every file is as it was packed.
+`sha256sum -c {SUMS}` checks that every file is unchanged since the packing.
 
-With boidsweep, `sweep load FILE` makes a study of it again, in every bit, which is
-plotted, verified and launched on. Its code runs only if you say so.
+With boidsweep, `sweep load FILE` restores the study with bitwise identical values. You
+can plot, verify and resume the study. Custom code runs only with your permission.
 
-## Cite it
+## Cite the study
 
 {cited}
 
@@ -83,7 +84,7 @@ def crate(study: StoredStudy, citation: Citation, code_files: list[str]) -> str:
     ----------
     study : StoredStudy
     citation : Citation
-        The works to cite, with the study itself.
+        The works to cite, including the study.
     code_files : list of str
         Names of the members with custom code.
 

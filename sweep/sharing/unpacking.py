@@ -1,4 +1,4 @@
-"""A stored study from its packed file, which is checked completely before."""
+"""A stored study from a packed file, after a complete check of the file."""
 
 import hashlib
 import secrets
@@ -27,8 +27,8 @@ from sweep.tables import StoredStudy, origins
 class LoadedFile:
     """A study that was loaded from a file.
 
-    `place` is its folder, and `launched_as` the name under which its spec was run.
-    `own_code` is True if custom code computed trials of it.
+    `place` is the folder of the study, `launched_as` the name of the study in the run.
+    `own_code` is True if custom code computed trials of the study.
     """
 
     study: str
@@ -40,19 +40,19 @@ class LoadedFile:
 def unpack(path: Path, results: Location, name: str | None = None) -> LoadedFile:
     """Store the study of a packed file.
 
-    Its parts, code, spec and plan are identical to those that were packed. Nothing is
-    written before all checksums of the file are verified. The plan is written last, so
-    that an incomplete study does not count. A call that was killed can be repeated. No
-    code of the study runs.
+    Parts, code, spec and plan are identical to the packed study. Nothing is written
+    before all checksums of the file are verified. The plan is written last, so that an
+    incomplete study is not listed. A killed call can be repeated. No code of the study
+    runs.
 
     Parameters
     ----------
     path : Path
-        File that `pack` has written.
+        File written by `pack`.
     results : Location
         Folder of stored studies.
     name : str, optional
-        Name of the study; by default its name when it was packed.
+        Name of the study; by default the name in the packed file.
 
     Returns
     -------
@@ -61,8 +61,8 @@ def unpack(path: Path, results: Location, name: str | None = None) -> LoadedFile
     Raises
     ------
     StoreError
-        If the file is no packed study, is damaged, or has a study that no run writes,
-        and if the study exists already.
+        If the file is not a packed study, is damaged, has a study that no run writes,
+        or if the study exists already.
     ChoiceError
         If the name is not valid.
 
@@ -75,13 +75,13 @@ def unpack(path: Path, results: Location, name: str | None = None) -> LoadedFile
     with PackedFile(path) as packed:
         study = name or _packed_name(packed)
         if why := why_no_name(study):
-            raise ChoiceError(f"{why}; --as gives it another one")
+            raise ChoiceError(f"{why}; --as NAME loads the study under another name")
         place = place_of(results / study, results)
         _refuse_others(place, study, packed)
         try:
             with Lock(place):
                 place.tidy(alone=True)
-                # Somebody may have launched it, and ended, while we waited.
+                # A run may have begun and ended during the wait for the lock.
                 _refuse_others(place, study, packed)
                 launched_as, own_code = _fill(place, packed)
         except BaseException:
@@ -91,54 +91,56 @@ def unpack(path: Path, results: Location, name: str | None = None) -> LoadedFile
 
 
 def _packed_name(packed: PackedFile) -> str:
-    """Return the name of the study when it was packed. Raises StoreError."""
+    """Return the name of the study in the packed file. Raises StoreError."""
     try:
         graph = parsed(packed.read(CRATE, MOST_CRATE), {"@graph": [{}]})["@graph"]
         (name,) = (entity["name"] for entity in graph if entity.get("@id") == "./")
         if not isinstance(name, str):
-            raise ValueError("a name is a text")
+            raise ValueError("a name is a string")
     except (ValueError, KeyError):
-        raise packed.error(f"{CRATE} does not say what the study is called") from None
+        raise packed.error(f"{CRATE} has no name of the study") from None
     return name
 
 
 def _refuse_others(place: StudyPlace, study: str, packed: PackedFile) -> None:
     """Raise StoreError if the place has files that are not in the packed file.
 
-    Files in both were loaded by a process that was killed.
+    Files that also are in the packed file come from an earlier, killed process.
     """
     content = place.content()
     if PLAN in content:
         raise StoreError(
-            f"{place.root}: exists already; --as NAME loads it under another name"
+            f"{place.root}: exists already; --as NAME loads the study under another"
+            " name"
         )
     names = [name for name in content if name not in (PARTS, WRITING)]
     names += [f"{PARTS}/{part.name}/{MANIFEST}" for part in place.parts()]
     if not all(_is_packed(place.root / name, name, packed) for name in names):
         raise StoreError(
-            f"{place.root}: holds what is left of a study without a plan;"
-            f' "sweep rm {study}" removes it, --as NAME loads under another name'
+            f"{place.root}: has remains of a study without a plan;"
+            f' "sweep rm {study}" deletes the remains; --as NAME loads the study under'
+            " another name"
         )
 
 
 def _is_packed(place: Location, name: str, packed: PackedFile) -> bool:
-    """Return whether a stored file is in the packed one, with the same content."""
+    """Return whether a stored file is in the packed file, with equal content."""
     member = f"{STUDY}/{name}"
     if member not in packed.sums:
         return False
     try:
         with open_stored(place) as file:
             digest = hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError:  # it is a folder, or none of ours
+    except OSError:  # a folder, or a foreign file
         return False
     return digest == packed.sums[member]
 
 
 def _fill(place: StudyPlace, packed: PackedFile) -> tuple[str, bool]:
-    """Store the study of a file in a place that is empty, or has some of its files.
+    """Store the study of a file in a place that is empty or has some of the files.
 
-    Return the name under which it was run, and whether custom code computed trials.
-    After an error the place is empty if it had no parts before.
+    Return the name of the study in the run, and whether custom code computed trials.
+    After an error the place is empty if the place had no parts before.
     """
     parts_before = {part.name for part in place.parts()}
     try:
@@ -154,7 +156,7 @@ def _fill(place: StudyPlace, packed: PackedFile) -> tuple[str, bool]:
                 if part.name not in parts_before:
                     place.commit(part, part.name)
             files = [path for path in sorted(staged.iterdir()) if path.is_file()]
-            # The plan is last: without it the study does not count.
+            # The plan is last: a study without a plan is not listed.
             for path in sorted(files, key=lambda path: path.name == PLAN):
                 place.put(path)
             return origin
@@ -165,9 +167,9 @@ def _fill(place: StudyPlace, packed: PackedFile) -> tuple[str, bool]:
 
 
 def _checked(staging: Path, packed: PackedFile) -> tuple[str, bool]:
-    """Check a staged study, and return the two results of `_fill` for it.
+    """Check a staged study, and return the two results of `_fill`.
 
-    Raises StoreError if a run could not have written its files.
+    Raises StoreError if a run could not have written the files.
     """
     try:
         study = StoredStudy(STUDY, staging)
@@ -181,4 +183,4 @@ def _checked(staging: Path, packed: PackedFile) -> tuple[str, bool]:
         return str(study.provenance.get("study", "")), bool(codes)
     except UserError as error:
         fault = str(error).replace(f"{staging}/", "")
-        raise packed.error(f"holds no study that a launch writes: {fault}") from error
+        raise packed.error(f"has a study that no launch writes: {fault}") from error

@@ -1,20 +1,20 @@
-"""Axes of ablation studies: from one flock to another, one detail at a time.
+"""Axes of ablation studies, which add components one after another.
 
-The other flock is that of another preset, `detail: {ablate: as_written}`, or has
-details that the spec names,
-`{ablate: {noise: {position_noise: 2, noise_time: 1}, ...}}`.
+The components come from a second preset, `detail: {ablate: as_written}`, or from the
+spec, `{ablate: {noise: {position_noise: 2, noise_time: 1}, ...}}`.
 
-The rows of the axis are no change, then each detail alone. With `leave_out: true` all
-details but one follow, for each detail. The last row has all details at once.
+The first row of the axis has no component, and each following row one component. With
+`leave_out: true` the next rows have all components except one. The last row has all
+components.
 
-Each parameter in which another preset differs is a detail. `n`, `steps` and parameters
-with a value elsewhere in the spec do not change. The map with its width and height is
-one detail. That detail is left out if the spec gives any of the three a value. The
-borders with `minimum_image` are one detail too.
+With a preset, each parameter that differs is a component. `n`, `steps` and parameters
+with a value elsewhere in the spec do not change. The map, width and height form a
+single component, which is absent if the spec gives a value for any of the three. The
+borders and `minimum_image` also form a single component.
 
-The parameters of a named detail change together. Each parameter is in one detail only,
-and has no value elsewhere. Borders in a detail bring `minimum_image`, unless the spec
-gives it a value.
+With named components, the parameters of a component change together. Each parameter
+is in one component only, and has no value elsewhere. Borders in a component also set
+`minimum_image`, unless the spec gives a value for `minimum_image`.
 """
 
 import re
@@ -40,17 +40,20 @@ from sweep.spec.settings import (
 
 WORLD = ("map", "width", "height")
 TOGETHER = (WORLD, ("borders", "minimum_image"))
-"""Parameters that together are one detail of a preset."""
+"""Parameters that form a single component of a preset."""
 SCALE = ("n", "steps")
 
 FEWEST_LEFT_OUT = 3
-"""Of two details, all but one is the same as the other one alone."""
+"""Least number of components with `leave_out`.
+
+With two components, leaving out the first equals adding the second alone.
+"""
 ALL = "all"
 BUT = "all but "
 AND = " + "
-"""Parts of the labels of points with several details, with ALL and BUT."""
+"""Parts of the labels of points with several components, with ALL and BUT."""
 NAME = re.compile(r"[A-Za-z0-9]([A-Za-z0-9 _.-]{0,38}[A-Za-z0-9])?")
-"""Name of a detail, without characters that mean something in `--where` or labels."""
+"""Name of a component, without characters with a meaning in `--where` or labels."""
 
 Detail = tuple[str, ...]
 
@@ -72,14 +75,14 @@ def read_ablation(
     entry : Entry
         The mapping with the key `ablate`.
     reader : AxisReader
-        With the model and the preset of the study.
+        The reader of the study, with the model and the preset.
     taken : collection of str
         Parameters with a value elsewhere in the spec.
 
     Returns
     -------
     Axis
-        `ablated` is the other preset. With named details it is the name of the axis.
+        `ablated` is the second preset, or the name of the axis for named components.
 
     Raises
     ------
@@ -88,7 +91,7 @@ def read_ablation(
     """
     if name in reader.settings:
         raise entry.error(
-            f'"{name}" is a setting: an axis that ablates needs a name of its own'
+            f'"{name}" is a parameter: an axis with ablate needs a different name'
         )
     entry.keys([ABLATE.name, LEAVE_OUT.name, "when"])
     chosen = entry.child(ABLATE.name)
@@ -99,7 +102,7 @@ def read_ablation(
     if other == reader.preset:
         allowed = ", ".join(preset for preset in presets if preset != other)
         raise chosen.error(
-            f"{other} is the preset of the study: ablate needs another one."
+            f"{other} is the preset of the study: ablate needs another preset."
             f" Allowed: {allowed}"
         )
     before, after = (
@@ -109,8 +112,8 @@ def read_ablation(
     details = differing(before, after, taken)
     if not details:
         raise chosen.error(
-            f"nothing would change: {other} differs from {reader.preset} in no setting"
-            " that the spec leaves open"
+            f"ablate changes no parameter: {other} equals {reader.preset} in all"
+            " parameters without a value in the spec"
         )
     rows = _rows(entry, details)
     columns = _columns(reader, before, after, details=details, rows=rows)
@@ -121,8 +124,9 @@ def read_ablation(
 def label(changed: Iterable[bool], names: Sequence[str]) -> str:
     """Return the label of a point of an ablation study.
 
-    `changed` has a truth value for each of the details `names`. The label is "" without
-    any detail, the name of one, "all", "all but noise", or else several names.
+    `changed` has a truth value for each of the components `names`. The label is ""
+    without any component. With components it is a name, several names, "all", or "all
+    but noise".
     """
     pairs = list(zip(names, changed, strict=True))
     changed_names = [name for name, is_changed in pairs if is_changed]
@@ -135,19 +139,22 @@ def label(changed: Iterable[bool], names: Sequence[str]) -> str:
 
 
 def why_no_detail(name: object) -> str:
-    """Return why a detail cannot have this name, or "" if it can."""
+    """Return why a component cannot have a name; "" for an allowed name."""
     if not isinstance(name, str) or not NAME.fullmatch(name):
         return (
-            "a name of a detail has up to 40 letters, digits, spaces and any of _ . -"
-            " between letters or digits"
+            "a name of a component has up to 40 letters, digits, spaces and _ . -, and"
+            " begins and ends with a letter or digit"
         )
     if name == ALL or name.startswith(BUT):
-        return f'"{ALL}" and "{BUT}..." name several details together'
+        return f'"{ALL}" and "{BUT}..." are labels of several components'
     return ""
 
 
 def _named(name: str, entry: Entry, reader: AxisReader, taken: Collection[str]) -> Axis:
-    """Return the axis whose details the spec names, or raise one SpecError for all."""
+    """Return the axis of the components that the spec names.
+
+    Raises one SpecError with all mistakes.
+    """
     chosen = entry.child(ABLATE.name)
     before = fitted_preset(reader.model, reader.preset, reader.known)
     after = dict(before)
@@ -156,27 +163,27 @@ def _named(name: str, entry: Entry, reader: AxisReader, taken: Collection[str]) 
     mistakes = Mistakes()
     if name in reader.known.models[reader.model].presets:
         raise entry.error(
-            f'"{name}" is a preset of {reader.model}: an axis with details needs a'
-            " name of its own"
+            f'"{name}" is a preset of {reader.model}: an axis with components needs a'
+            " different name"
         )
     for detail, child in chosen.mapping():
         with mistakes.noted():
             if why := why_no_detail(detail):
-                raise child.error(f'no detail can be called "{detail}": {why}')
+                raise child.error(f'component "{detail}" is not allowed: {why}')
         changes = dict[str, Value]()
         for setting, value in _settings_of(detail, child, mistakes):
             with mistakes.noted():
                 changes[setting] = _changed(setting, value, reader, taken)
                 if setting in detail_of:
                     raise value.error(
-                        f'"{setting}" is of the detail "{detail_of[setting]}" already,'
-                        " and both are there where all are"
+                        f'"{setting}" is already in the component'
+                        f' "{detail_of[setting]}"; the last point has all components'
                     )
             detail_of.setdefault(setting, detail)
         if changes and all(before[key] == value for key, value in changes.items()):
             with mistakes.noted():
                 raise child.error(
-                    f'"{detail}" would change nothing: {reader.preset} has these values'
+                    f'"{detail}" changes no value of the preset {reader.preset}'
                 )
         details[detail] = tuple(changes)
         after |= changes
@@ -201,11 +208,11 @@ def _named(name: str, entry: Entry, reader: AxisReader, taken: Collection[str]) 
 def _settings_of(
     detail: str, entry: Entry, mistakes: Mistakes
 ) -> list[tuple[str, Entry]]:
-    """Return the parameters of a detail with their entries."""
+    """Return the parameters of a component with the entries of the spec."""
     with mistakes.noted():
         if not isinstance(entry.value, dict) or not entry.value:
             raise entry.error(
-                f'"{detail}" must be settings with their values, as'
+                f'"{detail}" must be parameters with values, such as'
                 " {packet_loss: 0.2}"
             )
         return list(entry.mapping())
@@ -215,16 +222,16 @@ def _settings_of(
 def _changed(
     name: str, entry: Entry, reader: AxisReader, taken: Collection[str]
 ) -> Value:
-    """Return the value of a parameter of a detail, or raise SpecError."""
+    """Return the value of a parameter of a component, or raise SpecError."""
     if name not in reader.settings:
         raise entry.error(no_setting(name, reader.settings, ()))
     if name in (*WORLD, *SCALE):
         raise entry.error(
-            f'"{name}" cannot be a detail: the trials of a pair have the same map, n'
-            " and steps; write it as an axis of its own"
+            f'"{name}" cannot be in a component: paired trials have equal map, n and'
+            " steps; write a separate axis"
         )
     if name in taken:
-        raise entry.error(f'"{name}" has a value elsewhere in the spec, too')
+        raise entry.error(f'"{name}" also has a value elsewhere in the spec')
     try:
         return reader.settings[name].coerce(entry.value)
     except NotAllowedError as error:
@@ -232,14 +239,14 @@ def _changed(
 
 
 def _rows(entry: Entry, details: tuple[Detail, ...]) -> list[set[Detail]]:
-    """Return the details that are changed at each point of the axis, in order."""
+    """Return the components that are changed at each point of the axis, in order."""
     every = set(details)
     rows = [set[Detail](), *({detail} for detail in details)]
     if LEAVE_OUT.name in entry.value and entry.child(LEAVE_OUT.name).truth():
         if len(details) < FEWEST_LEFT_OUT:
             raise entry.child(LEAVE_OUT.name).error(
-                f"leave_out needs {FEWEST_LEFT_OUT} details, and there are"
-                f" {len(details)}: all but one are no others than alone"
+                f"leave_out needs {FEWEST_LEFT_OUT} components, and there are"
+                f" {len(details)}; with two, leave_out adds no new point"
             )
         rows += [every - {detail} for detail in details]
     return [*rows, every] if len(details) > 1 else rows
@@ -248,7 +255,7 @@ def _rows(entry: Entry, details: tuple[Detail, ...]) -> list[set[Detail]]:
 def differing(
     before: Mapping[str, Value], after: Mapping[str, Value], taken: Collection[str]
 ) -> tuple[Detail, ...]:
-    """Return the details in which two presets differ.
+    """Return the components in which two presets differ.
 
     Parameters
     ----------
@@ -260,7 +267,7 @@ def differing(
     Returns
     -------
     tuple of tuple of str
-        The parameters of each detail: one, or several that change together.
+        The parameters of each component, which change together.
     """
     fixed = {*SCALE, *taken}
     fixed |= {name for name, source in BROUGHT.items() if source in taken}
@@ -287,7 +294,7 @@ def fitted_preset(model: str, preset: str, known: Catalogue) -> dict[str, Value]
     Returns
     -------
     dict
-        Values by parameter, with those of spreads.
+        Values by parameter, with the values of spreads.
     """
     settings = usual_settings(model, preset, known)
     size = known.maps[str(settings["map"])].size
@@ -303,10 +310,10 @@ def _columns(
     details: tuple[Detail, ...],
     rows: Iterable[set[Detail]],
 ) -> dict[str, Values]:
-    """Return the values of each parameter of the details, (rows,) each.
+    """Return the values of each parameter of the components, (rows,) each.
 
-    A row that changes the detail has the value of `after`, another row that of
-    `before`.
+    A row that changes the component has the value of `after`. Each other row has the
+    value of `before`.
     """
     rows = list(rows)
     return {

@@ -1,4 +1,4 @@
-"""Specs that record more: their text with further metrics, and nothing else changed."""
+"""Addition of metrics to the text of a spec."""
 
 from collections.abc import Mapping, Sequence
 from io import StringIO
@@ -16,14 +16,14 @@ def with_metrics(
 ) -> str:
     """Return the text of a spec with more metrics under `record`.
 
-    Comments stay where they are.
+    Comments and all other keys stay unchanged.
 
     Parameters
     ----------
     text : str
         A valid spec of one study.
     usual : sequence of str
-        Metrics that the study records if the spec names none.
+        Metrics that the study records without a list in the spec.
     metrics : sequence of str
         Further metrics, as a spec names them.
     derive : mapping
@@ -36,12 +36,12 @@ def with_metrics(
     Raises
     ------
     SpecError
-        If `text` is not a spec. A stored text may come from anyone.
+        If `text` is not a spec. A stored text may be untrusted.
     """
     _check(parse_document(text, Path("stored spec")))
     yaml = YAML()
     yaml.preserve_quotes = True
-    # So wide that no line is folded.
+    # At this width the writer folds no line.
     yaml.width = 2**16
     spec = yaml.load(text)
     record: dict[str, Any] = spec.setdefault("record", {})
@@ -55,7 +55,7 @@ def with_metrics(
 
 
 def _check(spec: Entry) -> None:
-    """Raise SpecError unless each part that is to grow is missing or valid."""
+    """Raise SpecError unless each part that is extended is missing or valid."""
     spec.mapping()
     if record := spec.get("record"):
         record.mapping()

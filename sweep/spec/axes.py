@@ -1,18 +1,25 @@
 """Axes of a sweep, each read into a few columns of equal length.
 
+An axis of one parameter has the name of the parameter:
+
     a parameter   [0.5, 1]
                   {linspace: [a, b, n]}, {logspace: [a, b, n]} or {values: [...]}
                   {uniform: [a, b], points: n}, or another distribution
-    a free name   {zip: {setting: list, linspace or logspace, ...}}
-                  {sample: random, points: n, setting: {uniform: [a, b]}, ...}, or
+
+An axis of several parameters has a free name:
+
+    a free name   {zip: {parameter: list, linspace or logspace, ...}}
+
+                  {sample: random, points: n, parameter: {uniform: [a, b]}, ...}, or
                   another sampler
+
                   {sample: saltelli, points: n, second_order: false, ...}
                   {sample: morris, points: n, levels: 4, ...}
                   {sample: table, file: gains.csv, columns: [...]}
                   {ablate: another preset}, see sweep.spec.ablation
 
-A mapping may have `when: "condition"`: the axis applies only under this condition. The
-mapping of one parameter may have `continue` and `hold`, see sweep.spec.continuing.
+A mapping may have `when: "condition"`. The axis then applies only under this condition.
+The mapping of one parameter may have `continue` and `hold`, see sweep.spec.continuing.
 """
 
 from collections import defaultdict
@@ -48,13 +55,13 @@ DIGITS = 12
 
 
 def forms() -> tuple[str, ...]:
-    """Return the keys under which a mapping has the values of one parameter."""
+    """Return the keys that give the values of one parameter in a mapping."""
     return ("values", *GRIDS, *DISTRIBUTIONS)
 
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """Distinct points of a few parameters.
+    """An axis: distinct points of a few parameters.
 
     Attributes
     ----------
@@ -66,18 +73,18 @@ class Axis:
     place : Place
         Keys that lead to the axis in the spec.
     design : int, default 0
-        Number of its design among those that the study unites.
+        Number of the design among the designs that the study unites.
     merged : int, default 0
-        Number of rows that were equal to an earlier one.
+        Number of removed rows, each equal to an earlier row.
     notes : tuple of str
         Remarks for the user.
     ablated : str, optional
-        Of an ablation study, the other preset. With named details it is the name of the
-        axis.
+        In an ablation study, the second preset, or the name of the axis for named
+        components.
     details : tuple of tuple of str
-        Of an ablation study, the groups of parameters that change together.
+        In an ablation study, the groups of parameters that change together.
     named : tuple of str
-        Names of the details, if the spec gives them.
+        Names of the components, if the spec gives names.
     sampler : str, optional
         Sampler that drew the points.
     blocks : SampleBlocks, optional
@@ -85,7 +92,7 @@ class Axis:
     rows : array of int, optional
         With `blocks`, the row of each point, block after block.
     geometric : bool, default False
-        The values are at equal ratios.
+        True if the values are at equal ratios.
     continued : Continuation, optional
         Links of the chains of trials along the axis.
     """
@@ -111,7 +118,7 @@ class Axis:
 
 
 def by_design(axes: Iterable[Axis]) -> list[tuple[Axis, ...]]:
-    """Return the axes of each design that a study unites: at least one design."""
+    """Return the axes of each design of a study, at least one design."""
     designs = defaultdict[int, list[Axis]](list)
     for axis in axes:
         designs[axis.design].append(axis)
@@ -136,7 +143,7 @@ class AxisReader:
     samplers : mapping
         Allowed samplers by name.
     keys : container of str
-        Keys of a spec, which an error about an unknown parameter looks up.
+        Keys of a spec, for the error about an unknown parameter.
     """
 
     known: Catalogue
@@ -149,7 +156,7 @@ class AxisReader:
     keys: Container[str]
 
     def read(self, name: str, entry: Entry) -> Axis:
-        """Return an axis that is not one of an ablation study.
+        """Return an axis of any form except `ablate`.
 
         Parameters
         ----------
@@ -172,8 +179,8 @@ class AxisReader:
         ):
             if name in self.settings:
                 raise entry.error(
-                    f'"{name}" is a setting: an axis of several settings needs a name'
-                    " of its own"
+                    f'"{name}" is a parameter: an axis of several parameters needs a'
+                    " different name"
                 )
             blocks = self._blocks(entry)
             columns = (
@@ -185,7 +192,7 @@ class AxisReader:
             columns = {name: self._single(self.settings[name], entry)}
             continued = read_continuation(entry)
         else:
-            forms = " (an axis of several settings has sample, zip or ablate)"
+            forms = " (an axis of several parameters has sample, zip or ablate)"
             raise entry.error(no_setting(name, self.settings, self.keys, forms))
         when = self.when(entry)
         distinct, rows = distinct_rows(list(columns.values()))
@@ -219,7 +226,7 @@ class AxisReader:
             return _listed(setting, entry)
         if not isinstance(entry.value, dict):
             raise entry.expected(
-                "a list or a mapping (a single value stands under fixed)"
+                "a list or a mapping (write a single value under fixed)"
             )
         shared = ("when", CONTINUE.name, HOLD.name)
         entry.keys([*forms(), "points", *shared])
@@ -275,7 +282,7 @@ class AxisReader:
             )
         members = {key: child for key, child in entry.mapping() if key in self.settings}
         if not members:
-            raise entry.error(f'"{name}" samples no setting')
+            raise entry.error(f'"{name}" samples no parameter')
         distributions = {
             setting: _only(child, DISTRIBUTIONS) for setting, child in members.items()
         }
@@ -312,17 +319,17 @@ class AxisReader:
             counts = ", ".join(
                 f"{name} has {length}" for name, length in lengths.items()
             )
-            raise entry.error(f"zip needs settings of equal length, but {counts}")
+            raise entry.error(f"zip needs parameters of equal length, but {counts}")
         return columns
 
     def _member(self, setting: Setting, entry: Entry) -> Values:
-        """Return the values of a parameter of a zip, which may repeat."""
+        """Return the values of a parameter of a zip, with repetitions."""
         if isinstance(entry.value, dict):
             return _grid(setting, _only(entry, GRIDS))
         return _coerced(setting, entry, [child.value for child in entry.entries()])
 
     def when(self, entry: Entry) -> Expression | None:
-        """Return the condition of an axis; None if it has none."""
+        """Return the condition of an axis; None without a condition."""
         if not isinstance(entry.value, dict) or "when" not in entry.value:
             return None
         return read_expression(entry.child("when"), self.settings, CONDITION)
@@ -337,9 +344,9 @@ def read_expression(
     ----------
     entry : Entry
     settings : dict
-        The parameters that the expression may have, by name.
-    kind : {"a number", "a condition", "a text"}
-        The kind that its value must have.
+        The parameters that the expression may contain, by name.
+    kind : {"a number", "a condition", "a string"}
+        Required kind of the value.
 
     Returns
     -------
@@ -348,7 +355,7 @@ def read_expression(
     Raises
     ------
     SpecError
-        If the text is not an expression, or its value has another kind.
+        If the text is not an expression, or the value has a different kind.
     """
     try:
         expression = parse(entry.text(), settings)
@@ -366,7 +373,7 @@ def _only(entry: Entry, allowed: Iterable[str]) -> Entry:
     entry.keys(allowed)
     if len(entry.value) > 1:
         raise entry.error(
-            f'"{entry.name}" needs one of {", ".join(entry.value)}, not all of them'
+            f'"{entry.name}" needs one of {", ".join(entry.value)}, not several'
         )
     return entry.child(next(iter(entry.value)))
 
@@ -385,7 +392,7 @@ def _listed(setting: Setting, entry: Entry) -> Values:
     if len(distinct) < len(column):
         twice = min(set(range(len(column))) - set(distinct.tolist()))
         raise entry.child(twice).error(
-            f'{entry.child(twice).value} stands twice in "{setting.name}"'
+            f'{entry.child(twice).value} is listed twice in "{setting.name}"'
         )
     return column
 
@@ -393,7 +400,7 @@ def _listed(setting: Setting, entry: Entry) -> Values:
 def _grid(setting: Setting, entry: Entry) -> Values:
     """Return the values of a linspace or logspace, rounded to 12 digits.
 
-    So a finer grid has the same values as a coarser one where they meet.
+    The rounding makes common values of a finer grid and a coarser grid equal.
     """
     limits = entry.entries()
     if len(limits) != 3:
@@ -408,7 +415,7 @@ def _grid(setting: Setting, entry: Entry) -> Values:
     with np.errstate(over="ignore", invalid="ignore"):
         values = GRIDS[entry.name](first, last, limits[2].whole(1, MOST_POINTS))
     if not np.isfinite(values).all():
-        raise entry.error(f"{entry.name} has limits too far apart")
+        raise entry.error(f"the limits of {entry.name} are too far apart")
     rounded = (float(f"{value:.{DIGITS}g}") for value in values[1:-1])
     values[1:-1] = np.fromiter(rounded, np.float64, max(len(values) - 2, 0))
     return _coerced(setting, entry, values)
@@ -443,9 +450,9 @@ def distinct_rows(columns: list[Values]) -> tuple[Values, Values]:
     Returns
     -------
     distinct : array of int
-        Ascending indices of the rows that differ from all earlier ones.
+        Ascending indices of the rows that differ from all earlier rows.
     groups : array of int, shape (rows,)
-        For every row, the index in `distinct` of the row that it equals.
+        For every row, the index in `distinct` of the equal row.
     """
     codes = np.zeros(len(columns[0]), dtype=np.int64)
     for column in columns:
@@ -465,7 +472,7 @@ def _sortable(column: Values) -> Values:
 
 
 def _sampler(entry: Entry) -> str | None:
-    """Return the sampler of an axis; None if its points are listed or on a grid."""
+    """Return the sampler of an axis; None for listed points and grids."""
     if not isinstance(entry.value, dict):
         return None
     if "sample" in entry.value:

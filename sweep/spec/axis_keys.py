@@ -1,7 +1,7 @@
-"""Keys of an axis that are the same for all parameters.
+"""Keys of an axis that are equal for all parameters.
 
 An axis has further keys: names of parameters, of grids and of distributions, which have
-registries. `sweep.spec.axes` reads an axis and checks which keys go together.
+registries. `sweep.spec.axes` reads an axis and checks the combination of keys.
 """
 
 from sweep.spec.contents import OneOf, ReadLater, Text, Truth, Whole
@@ -11,8 +11,8 @@ from sweep.spec.limits import MOST_POINTS
 from sweep.spec.samplers import SAMPLERS
 
 VALUES = Key(
-    ReadLater("a list, none twice"),
-    "the values, as in a list without a mapping",
+    ReadLater("a list of distinct values"),
+    "the values, in a mapping that may also have `when`",
     name="values",
     otherwise="",
     example="[0.5, 1]",
@@ -33,72 +33,74 @@ LOGSPACE = Key(
 )
 POINTS = Key(
     Whole(1, MOST_POINTS),
-    "number of points where they are drawn; of blocks of them for saltelli and morris",
+    "number of drawn points, or of blocks of points for saltelli and morris",
     name="points",
     example="500",
 )
 SAMPLE = Key(
-    Text("table, a sampler, or a file that has one: ./NAME.py"),
-    "what draws the points of several settings, each of which stands beside it with its"
-    " distribution; table reads them from a file",
+    Text("table, a sampler, or a file that defines a sampler: ./NAME.py"),
+    "sampler of several parameters, each a further key with a distribution. table reads"
+    " the points from a file",
     name="sample",
     otherwise="",
     example="sobol",
 )
 FILE = Key(
     Text("the path of a .csv or .parquet file"),
-    "of table: where the points stand, a row each",
+    "for table: file with one row per point",
     name="file",
     example="gains.csv",
 )
 COLUMNS = Key(
-    ReadLater("a list of settings, or settings with names of columns"),
-    "of table: the columns to read",
+    ReadLater("a list of parameters, or parameters with names of columns"),
+    "for table: columns to read",
     name="columns",
     otherwise="all",
     example="{n: boids}",
 )
 ZIP = Key(
-    ReadLater("settings, each with a list, linspace or logspace"),
-    "settings that vary together, row by row",
+    ReadLater("parameters, each with a list, linspace or logspace"),
+    "parameters that vary together, row by row",
     name="zip",
     otherwise="",
     example="{n: [50, 100], steps: [1000, 500]}",
 )
 ABLATE = Key(
-    ReadLater("a preset of the model, or details, each with settings and values"),
-    "another preset, or details by name: each setting in which the preset differs, or"
-    " each detail, is changed alone, and last all of them",
+    ReadLater("a preset of the model, or components with parameters and values"),
+    "a second preset, or components by name. Each component changes alone, and the last"
+    " point has all components. With a preset, each parameter that differs is a"
+    " component",
     name="ablate",
     otherwise="",
     example="as_written",
 )
 LEAVE_OUT = Key(
     Truth(),
-    "of ablate: also all details but one, for each",
+    "for ablate: also all components except one, for each component",
     name="leave_out",
     otherwise="false",
     example="true",
 )
 WHEN = Key(
     Text("a condition"),
-    "condition under which the axis applies; elsewhere its settings are not varied",
+    "condition under which the axis applies. At all other points the parameters of the"
+    " axis keep the preset values",
     name="when",
     otherwise="everywhere",
     example="n > 50",
 )
 CONTINUE = Key(
     OneOf("way", ("up", "down", "both")),
-    "trials along the axis are links of chains: each begins where the one before it has"
-    " ended. up: from the least value to the greatest; down: the other way; both: up,"
-    " then down from the top. A chain for each replicate",
+    "trials along the axis are links of a chain, one chain per replicate. Each link"
+    " starts from the final state of the link before. Values ascend (up), descend"
+    " (down), or ascend and then descend (both)",
     name="continue",
-    otherwise="each trial begins anew",
+    otherwise="each trial starts from the initial condition",
     example="both",
 )
 HOLD = Key(
     Whole(1),
-    "of an axis with `continue`: how many steps each link takes",
+    "for an axis with `continue`: number of steps of each link",
     name="hold",
     otherwise="`steps`",
     example="2000",

@@ -1,8 +1,8 @@
 """Paths of the built-in studies, the examples, the guide and the citation.
 
-The folders have specs, tables, published numbers, figures, custom code and pages. A
-wheel has them inside the package. In a checkout they are next to the package, with more
-files.
+The folders contain specs, tables, published numbers, figures, custom code and pages. In
+a wheel the folders are inside the package. In a checkout the folders are next to the
+package, and contain more files.
 """
 
 from pathlib import Path
@@ -18,8 +18,8 @@ def _place(name: str) -> Path:
 EXPERIMENTS = _place("experiments")
 """Built-in studies, one folder per publication."""
 EXAMPLES = _place("examples")
-"""Custom models, metrics and maps, the way users write them."""
+"""Examples of custom models, metrics and maps."""
 CITATION = _place("CITATION.cff")
-"""The citation of the program."""
+"""File with the citation of the program."""
 DOCS = _place("docs")
-"""Folder of the guide, and of the pages to which it links."""
+"""Folder of the guide, and of the pages to which the guide links."""

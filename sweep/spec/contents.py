@@ -1,8 +1,8 @@
 """Contents of the keys of a spec, such as `Whole(1)` or `OrFalse(Number(above=0))`.
 
-A content reads the value of an entry, describes the allowed values, in words and as
-JSON Schema, and writes a value into a spec. So the reader, the schema, the guide and
-the writers of specs cannot disagree.
+A content reads the value of an entry, describes the allowed values in words and as JSON
+Schema, and writes a value into a spec. So the reader, the schema, the table of keys and
+the writers of specs always agree.
 """
 
 import re
@@ -24,12 +24,12 @@ SHARE = re.compile(r"(100(?:\.0{1,9})?|[0-9]{1,2}(?:\.[0-9]{1,9})?) ?%")
 
 
 class Content(ABC, Generic[T]):
-    """The allowed values of a key; `T` is the type of a value that was read."""
+    """The allowed values of a key; `T` is the type of the value after reading."""
 
     @property
     @abstractmethod
     def words(self) -> str:
-        """The allowed values in words, such as `a whole number from 1`."""
+        """The allowed values in words, such as `an integer from 1`."""
 
     @abstractmethod
     def read(self, entry: Entry) -> T:
@@ -40,22 +40,22 @@ class Content(ABC, Generic[T]):
         """Return the JSON Schema of the allowed values."""
 
     def write(self, value: T) -> Any:
-        """Return the value for a spec, from which `read` returns the same value."""
+        """Return the value for a spec, from which `read` returns `value`."""
         return value
 
     @property
     def sections(self) -> tuple[type[Any], ...]:
-        """The classes with the keys below this one; see `sweep.spec.keys`."""
+        """The classes with the keys below this key; see `sweep.spec.keys`."""
         return ()
 
     @property
     def inside(self) -> str:
-        """The path from this key to those: `.NAME`, `[]` or nothing."""
+        """The path from this key to the keys below: `.NAME`, `[]` or empty."""
         return ""
 
 
 def share(value: object) -> Fraction | None:
-    """Return the fraction that a string such as "5%" means; None for another value."""
+    """Return the fraction of a string such as "5%"; None for all other values."""
     match = SHARE.fullmatch(value) if isinstance(value, str) else None
     return Fraction(match[1]) / 100 if match else None
 
@@ -64,7 +64,7 @@ def share(value: object) -> Fraction | None:
 class Text(Content[str]):
     """Any string; `description` states its meaning."""
 
-    description: str = "a text"
+    description: str = "a string"
 
     @property
     def words(self) -> str:
@@ -86,7 +86,7 @@ class Truth(Content[bool]):
 
     @property
     def words(self) -> str:
-        """Both values."""
+        """The two values."""
         return "true or false"
 
     def read(self, entry: Entry) -> bool:
@@ -100,7 +100,7 @@ class Truth(Content[bool]):
 
 @dataclass(frozen=True)
 class Whole(Content[int]):
-    """An integer from `least` to `most`, both allowed."""
+    """An integer from `least` to `most`, bounds included."""
 
     least: int
     most: int = INTEGER_BOUND - 1
@@ -113,7 +113,7 @@ class Whole(Content[int]):
     def words(self) -> str:
         """The allowed range."""
         limit = f" to {self.most:,}" if self._bounded else ""
-        return f"a whole number from {self.least}{limit}"
+        return f"an integer from {self.least}{limit}"
 
     def read(self, entry: Entry) -> int:
         """Return the integer of `entry`."""
@@ -121,7 +121,7 @@ class Whole(Content[int]):
 
     def schema(self) -> Schema:
         """Return the JSON Schema of an integer in this range."""
-        # JavaScript has a double for 2**63, and none for the integer before it.
+        # A double of JavaScript represents 2**63, and not the integer before.
         most = (
             {"maximum": self.most}
             if self._bounded
@@ -137,9 +137,9 @@ class Number(Content[float]):
     Attributes
     ----------
     least, most : float, optional
-        Bounds that are allowed themselves.
+        Inclusive bounds.
     above, below : float, optional
-        Bounds that are not allowed themselves.
+        Exclusive bounds.
     unit : str, default ""
         Unit in words, such as "seconds".
     note : str, default ""
@@ -193,7 +193,7 @@ class Number(Content[float]):
 
 @dataclass(frozen=True)
 class OrFalse(Content[T | None]):
-    """Another content, or `false`, which reads as None."""
+    """A content that also allows `false`, which reads as None."""
 
     content: Content[T]
 
@@ -227,14 +227,13 @@ class OneOf(Content[str]):
     Attributes
     ----------
     kind : str
-        Word of an error for the names, such as "sampler".
+        Noun of the names in an error, such as "sampler".
     names : collection of str
-        Names that are allowed. A registry may grow later: each call uses the present
-        names.
+        Allowed names. A registry may grow later: each call uses the present names.
     listed_by : str, default ""
-        Command that lists the names, if there is one.
+        Command that lists the names, "" without a command.
     definition : str, default ""
-        Name of their definition in the schema, if there is one.
+        Name of the definition of the names in the schema, "" without a definition.
     """
 
     kind: str
@@ -263,25 +262,25 @@ class OneOf(Content[str]):
 
 @dataclass(frozen=True)
 class EntryOf(OneOf):
-    """The name of an entry of a registry, `names`, whose entries have a text."""
+    """The name of an entry of the registry `names`, whose entries have a text."""
 
     names: Mapping[str, Described]
 
     def schema(self) -> Schema:
-        """Return the JSON Schema of the names, each with its text."""
+        """Return the JSON Schema of the names, each with the text of the entry."""
         return choices(self.names)
 
 
 @dataclass(frozen=True)
 class ListOf(Content[tuple[T, ...]]):
-    """A list of distinct values that is not empty.
+    """A list of distinct values, at least one.
 
     Attributes
     ----------
     item : Content
         Content of each value.
     plural : str
-        Word for the values, such as "metrics".
+        Noun for the values, such as "metrics".
     """
 
     item: Content[T]
@@ -290,7 +289,7 @@ class ListOf(Content[tuple[T, ...]]):
     @property
     def words(self) -> str:
         """The kind of values in the list."""
-        return f"a list of {self.plural}, none twice"
+        return f"a list of distinct {self.plural}"
 
     def read(self, entry: Entry) -> tuple[T, ...]:
         """Return the values of the list of `entry`."""
@@ -301,7 +300,7 @@ class ListOf(Content[tuple[T, ...]]):
                 value = self.item.read(child)
                 if value in values:
                     raise child.error(
-                        f'{in_words(child.value)} stands twice in "{entry.name}"'
+                        f'{in_words(child.value)} is listed twice in "{entry.name}"'
                     )
                 values[value] = None
         mistakes.check()
@@ -329,9 +328,9 @@ class ReadLater(Content[Entry]):
     form : callable
         Returns the JSON Schema, as far as it does not depend on other keys.
     parts : tuple of type
-        Dataclasses whose keys are below this one.
+        Dataclasses whose keys are below this key.
     between : str, default ""
-        Path from this key to those: `.NAME`, `[]` or nothing.
+        Path from this key to the keys below: `.NAME`, `[]` or empty.
     """
 
     description: str
@@ -354,10 +353,10 @@ class ReadLater(Content[Entry]):
 
     @property
     def sections(self) -> tuple[type[Any], ...]:
-        """The classes with the keys below this one."""
+        """The classes with the keys below this key."""
         return self.parts
 
     @property
     def inside(self) -> str:
-        """The path from this key to those."""
+        """The path from this key to the keys below."""
         return self.between

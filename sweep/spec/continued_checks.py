@@ -1,4 +1,4 @@
-"""Checks of continued axes and of the keys that exclude such an axis.
+"""Checks of continued axes and of the keys that exclude a continued axis.
 
 The checks raise SpecError, with file and line.
 """
@@ -16,23 +16,23 @@ from sweep.spec.settings import Setting
 STEPS = "steps"
 NUMBERS = ("float", "int")
 LEAST = 2
-"""Least number of values of a continued axis: with one, a chain has a single link."""
+"""Least number of values of a continued axis, so that a chain has several links."""
 OWN = "parameters"
 """Group of the parameters that only the model has."""
 BARRED = {
-    "order": "links run one after the other",
+    "order": "links run in the order of the chain",
 }
 """Keys that a study with a continued axis cannot have, each with the reason."""
 LONGER = (
-    'a study with "continue" takes no "last_states": a link with more steps has another'
-    " parent, and cannot go on from a shorter one"
+    'a study with "continue" takes no "last_states": a link with more steps has a'
+    " different parent, and cannot resume from a shorter link"
 )
 KEPT = (
-    'a study with "continue" keeps "last_flocks": each link begins where the one before'
-    " it has ended; leave the key out"
+    'a study with "continue" keeps "last_flocks", because each link starts from the'
+    " final state of the link before; remove the key"
 )
 COMMON = (
-    "noise: common gives all links of a chain the same random numbers; with"
+    "noise: common gives all links of a chain equal random numbers; with"
     ' "continue" it must be independent or lasting'
 )
 WITHIN = (
@@ -40,19 +40,19 @@ WITHIN = (
     ("record", "last_flocks", False, KEPT),
     ("streams", "noise", "common", COMMON),
 )
-"""Keys of sections that such a study cannot have, as (section, key, value, reason).
+"""Keys that a study with a continued axis cannot have.
 
-None as the value means any value.
+Each row is (section, key, value, reason). The value None means any value.
 """
 
 
 def continued_axis(axes: Iterable[Axis]) -> Axis | None:
-    """Return the continued axis of a study; None if it has none."""
+    """Return the continued axis of a study; None without a continued axis."""
     return next((axis for axis in axes if axis.continued), None)
 
 
 def held(axes: Iterable[Axis]) -> dict[str, int]:
-    """Return {"steps": number of steps of a link}; {} if no axis has `hold`."""
+    """Return {"steps": number of steps of a link}; {} without `hold`."""
     axis = continued_axis(axes)
     hold = axis.continued.hold if axis and axis.continued else None
     return {} if hold is None else {STEPS: hold}
@@ -61,7 +61,7 @@ def held(axes: Iterable[Axis]) -> dict[str, int]:
 def check_beside_continued(root: Entry, axes: Iterable[Axis]) -> None:
     """Raise SpecError for all keys that a study with a continued axis cannot have.
 
-    The readers of these keys report other mistakes of them.
+    Further mistakes in the values of the keys are reported by the readers of the keys.
     """
     if not continued_axis(axes):
         return
@@ -83,7 +83,7 @@ def check_continued(
     settings: Mapping[str, Setting],
     taken: Iterable[str],
 ) -> None:
-    """Check that the axes of a study that are continued can be.
+    """Check that the continued axes of a study are allowed.
 
     Parameters
     ----------
@@ -128,12 +128,12 @@ def _check_alone(root: Entry, axes: Sequence[Axis], continued: list[Axis]) -> No
     name = continued[0].name
     if len({axis.design for axis in axes}) > 1:
         raise _entry(root, continued[0]).error(
-            f'"{name}" is continued, which one design alone can: write it as a'
-            " study of its own"
+            f'"{name}" has "continue", which excludes several designs: write a'
+            " separate study"
         )
     if len(continued) > 1:
         raise _entry(root, continued[1]).error(
-            f'"{name}" is continued already: a study has one such axis'
+            f'"{name}" already has "continue": a study has at most one continued axis'
         )
 
 
@@ -141,30 +141,30 @@ def _check_axis(root: Entry, axis: Axis, setting: Setting) -> None:
     entry = _entry(root, axis)
     problem = f'"{axis.name}" cannot be continued'
     if setting.kind not in NUMBERS:
-        raise entry.error(f"{problem}: its values are no numbers")
+        raise entry.error(f"{problem}: the values are not numbers")
     if setting.group != OWN:
         raise entry.error(
-            f"{problem}: only a parameter of the model can change from link to link"
+            f"{problem}: only parameters of the model can change from link to link"
         )
     if axis.when:
-        raise entry.error(f'{problem}: it has a condition, "when"')
+        raise entry.error(f'{problem}: the axis has a condition, "when"')
     if len(axis) < LEAST:
         raise entry.error(f"{problem}: a chain needs at least {LEAST} values")
 
 
 def _check_columns(root: Entry, axis: Axis, settings: Iterable[str]) -> None:
-    """Raise SpecError if a parameter of the model is named like a column of links."""
+    """Raise SpecError if a parameter of the model has the name of a column of links."""
     for name in {DIRECTION, PARENT} & {*settings}:
         raise _entry(root, axis).error(
-            f'"{axis.name}" cannot be continued: the model has a setting "{name}", and'
-            " tables of chains have such a column"
+            f'"{axis.name}" cannot be continued: "{name}" is a parameter of the model,'
+            " and also a column of tables of chains"
         )
 
 
 def _check_steps(
     root: Entry, axis: Axis, axes: Sequence[Axis], taken: Iterable[str]
 ) -> None:
-    """Raise SpecError if both `hold` and the spec give the number of steps."""
+    """Raise SpecError if the spec has `hold` and also a value of `steps`."""
     if axis.continued is None or axis.continued.hold is None:
         return
     varied = {name for any_axis in axes for name in any_axis.columns}
@@ -173,6 +173,7 @@ def _check_steps(
             _entry(root, axis)
             .child(HOLD.name)
             .error(
-                '"hold" says how many steps links take: leave "steps" out, or "hold"'
+                '"hold" and "steps" both give the number of steps of a link: remove'
+                ' "steps" or "hold"'
             )
         )

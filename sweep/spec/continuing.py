@@ -1,10 +1,10 @@
-"""Continued axes: trials along them are links of chains.
+"""Continued axes, along which trials are links of chains.
 
-Each link begins with the flock with which the link before it ended.
+Each link begins with the final flock of the link before.
 
     noise: {linspace: [0, 5, 51], continue: both, hold: 2000}
 
-sweep.spec.continued_checks has the keys that exclude such an axis.
+sweep.spec.continued_checks lists the keys that exclude a continued axis.
 """
 
 from dataclasses import dataclass
@@ -17,16 +17,16 @@ UP = "up"
 DOWN = "down"
 DIRECTION = "direction"
 PARENT = "parent"
-"""Columns of tables, DIRECTION and PARENT, with the position of a link in its chain."""
+"""Columns of tables, DIRECTION and PARENT, with the position of a link in a chain."""
 WAYS = {"up": (UP,), "down": (DOWN,), "both": (UP, DOWN)}
-"""Directions of a chain, one after the other, by the value of `continue`."""
+"""Directions of a chain, in order, by the value of `continue`."""
 
 
 @dataclass(frozen=True)
 class Continuation:
-    """Links between the trials along an axis.
+    """Direction and number of steps of the links along an axis.
 
-    `way` is a key of WAYS. Each link takes `hold` steps; None means the `steps` of the
+    `way` is a key of WAYS. Each link takes `hold` steps. None means the `steps` of the
     study.
     """
 
@@ -35,17 +35,17 @@ class Continuation:
 
     @property
     def directions(self) -> tuple[str, ...]:
-        """The directions of a chain, one after the other."""
+        """The directions of a chain, in order."""
         return WAYS[self.way]
 
 
 def read_continuation(entry: Entry) -> Continuation | None:
-    """Return how an axis is continued; None if it is not."""
+    """Return the continuation of an axis; None without `continue`."""
     if not isinstance(entry.value, dict):
         return None
     if CONTINUE.name not in entry.value:
         if hold := entry.get(HOLD.name):
-            raise hold.error('"hold" is for an axis with "continue"')
+            raise hold.error('"hold" needs an axis with "continue"')
         return None
     mistakes = Mistakes()
     hold = entry.get(HOLD.name)

@@ -1,7 +1,7 @@
-"""Maps that are a built-in map with a few obstacles changed.
+"""Maps that differ from a built-in map in a few obstacles.
 
-Such a map has few new shapes and many that a program has computed. So a spec names the
-built-in map and the differences from it.
+A spec names the built-in map and lists only the differences, because most obstacles of
+the map are computed.
 """
 
 from collections.abc import Mapping
@@ -18,7 +18,7 @@ from kernels.worlds import MAPS
 Obstacles = tuple[Obstacle, ...]
 
 MOST_COMPARED = 2000
-"""Most shapes of a map that is compared with the built-in maps."""
+"""Largest number of shapes of a map that is compared with built-in maps."""
 
 
 class Copy(NamedTuple):
@@ -27,13 +27,13 @@ class Copy(NamedTuple):
     Attributes
     ----------
     name : str
-        Name of the built-in map. Its obstacles are numbered from 0.
+        Name of the built-in map. The obstacles are numbered from 0.
     without : tuple of int
         Obstacles that are left out.
     changed : mapping
-        New obstacles by the number of the obstacle that each replaces.
+        New obstacles by the number of the replaced obstacle.
     added : tuple of Obstacle
-        Further obstacles, after all others.
+        Further obstacles, at the end.
     """
 
     name: str
@@ -55,7 +55,7 @@ class Copy(NamedTuple):
 def sizes() -> dict[str, tuple[float, float]]:
     """Return the width and height of each map that can be copied.
 
-    Such a map has a size, and is the same in every trial.
+    A map can be copied if the map has a size and no random obstacles.
     """
     return {
         name: built_in.size
@@ -79,20 +79,21 @@ def obstacles_in(name: str) -> Obstacles:
 
 
 def copy_of(size: tuple[float, float], obstacles: Obstacles) -> Copy | None:
-    """Return a map as a copy of the built-in map from which it differs least.
+    """Return a map as a copy of the most similar built-in map.
 
     Parameters
     ----------
     size : (float, float)
-        Width and height, equal to the built-in map's.
+        Width and height, equal to the size of the built-in map.
     obstacles : tuple of Obstacle
-        All obstacles of the map, in their order.
+        All obstacles of the map, in order.
 
     Returns
     -------
     Copy or None
-        None if no built-in map has this size, or the differences from each are more
-        than half of `obstacles`. None too for more than MOST_COMPARED obstacles.
+        None if no built-in map has this size, or if each built-in map has more
+        differences than half the number of `obstacles`. Also None for more than
+        MOST_COMPARED obstacles.
     """
     if len(obstacles) > MOST_COMPARED:
         return None
@@ -109,7 +110,7 @@ def _length(copy: Copy) -> int:
 
 
 def _differences(name: str, obstacles: Obstacles) -> Copy:
-    """Return the differences from a built-in map, as far as a Copy can have them."""
+    """Return the differences from a built-in map that a Copy can represent."""
     before = obstacles_in(name)
     without = list[int]()
     changed = dict[int, Obstacle]()

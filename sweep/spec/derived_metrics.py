@@ -1,8 +1,8 @@
-"""Metrics that a spec derives from others, under `derive` of `record`.
+"""Derived metrics of a spec, under `derive` of `record`.
 
-An example is `{gain: "polarization / speed"}`. An expression may have metrics,
-parameters and other derived metrics. It is computed for each frame, from the metrics of
-the frame.
+An example is `{gain: "polarization / speed"}`. An expression may contain metrics,
+parameters and further derived metrics. The value is computed for each frame, from the
+metrics of the frame.
 """
 
 import ast
@@ -36,14 +36,14 @@ TAKEN = (
     *("column", "index", "run", "phase", "candidate", "batch", "block", "scenario"),
     *("detail", "view", "not_done"),
 )
-"""The other columns of tables."""
+"""Further columns of tables."""
 
 SKEWED: Distribution = "skewed"
 
 
 @dataclass(frozen=True)
 class DerivedMetric:
-    """A metric that is computed from others, frame by frame.
+    """A metric that is computed from metrics and parameters, frame by frame.
 
     Attributes
     ----------
@@ -52,8 +52,9 @@ class DerivedMetric:
     unit : str
         Unit in the words of the model.
     distribution : Distribution, default "skewed"
-        "count" for a sum of counts. Otherwise "skewed", which quotients and products
-        are. The confidence interval of skewed values is valid for normal ones too.
+        "count" for a sum of counts, otherwise "skewed". Quotients and products are
+        skewed, and the confidence interval of skewed values is also valid for normal
+        values.
     """
 
     name: str
@@ -71,12 +72,12 @@ def derived_schema() -> Schema:
 def read_derived(
     entry: Entry | None, model: str, known: Catalogue, settings: Mapping[str, Setting]
 ) -> tuple[DerivedMetric, ...]:
-    """Return the derived metrics of a spec, each after those that it needs.
+    """Return the derived metrics of a spec, each after the metrics in its expression.
 
     Parameters
     ----------
     entry : Entry, optional
-        The section of the spec. Without it there are no derived metrics.
+        The section of the spec. Without a section there are no derived metrics.
     model : str
         Name of the model.
     known : Catalogue
@@ -131,9 +132,9 @@ def read_derived(
 
 
 def declared(stored: str) -> Distribution:
-    """Return the stored distribution of a derived metric; "skewed" for another string.
+    """Return the stored distribution of a derived metric; "skewed" for unknown strings.
 
-    Studies of up to 0.8 have no stored distribution.
+    Studies of versions up to 0.8 have no stored distribution.
     """
     for known in get_args(Distribution):
         if stored == known:
@@ -142,7 +143,7 @@ def declared(stored: str) -> Distribution:
 
 
 def _is_sum(tree: ast.expr, names: Collection[str]) -> bool:
-    """Return whether an expression only adds up some of these names."""
+    """Return whether an expression is a sum of some of the names."""
     if isinstance(tree, ast.BinOp) and isinstance(tree.op, ast.Add):
         return _is_sum(tree.left, names) and _is_sum(tree.right, names)
     return isinstance(tree, ast.Name) and tree.id in names
@@ -166,7 +167,7 @@ def _measured(name: str, known: Catalogue) -> dict[str, Setting]:
 
 
 def _numbers(name: str, unit: str = "") -> Setting:
-    """Return a metric in the form that expressions take, a number with a unit."""
+    """Return a metric in the form that expressions need: a number with a unit."""
     return Setting(name, "float", "metrics", text="", unit=unit)
 
 
@@ -177,21 +178,21 @@ def _check_name(
     metrics: Mapping[str, Metric],
 ) -> None:
     def refused(why: str) -> None:
-        raise entry.error(f'a derived metric cannot be called "{name}": {why}')
+        raise entry.error(f'derived metric "{name}" is not allowed: {why}')
 
     if not NAME.fullmatch(name) or name.endswith(ENDINGS):
         refused(
-            "its name has small letters, digits and _, begins with a letter and does"
-            f" not end in {', '.join(ENDINGS)}"
+            "a name has lower-case letters, digits and _, begins with a letter, and"
+            f" does not end in {', '.join(ENDINGS)}"
         )
     for kind, names in (
         ("metric", metrics),
-        ("setting", settings),
+        ("parameter", settings),
         ("column of the tables", TAKEN),
         ("word of expressions", {*CONSTANTS, *FUNCTIONS, *keyword.kwlist}),
     ):
         if name in names:
-            refused(f"there is a {kind} of that name")
+            refused(f"a {kind} already has this name")
 
 
 def _check_needs(entry: Entry, expression: Expression, metrics: KnownMetrics) -> None:
@@ -202,6 +203,6 @@ def _check_needs(entry: Entry, expression: Expression, metrics: KnownMetrics) ->
         name in metrics.known.metrics or name in metrics.derived for name in names
     ):
         raise entry.error(
-            f'{entry.name}: "{expression.text}" has no metric (`sweep metrics`): what'
-            ' settings alone give stands under "derive" of the spec'
+            f'{entry.name}: "{expression.text}" contains no metric (`sweep metrics`);'
+            ' write an expression of parameters under "derive" of the spec'
         )

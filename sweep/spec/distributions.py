@@ -1,6 +1,6 @@
 """Distributions from which the values of a parameter are drawn.
 
-To add one, write a function and enter it in DISTRIBUTIONS.
+To add a distribution, write a function and an entry of DISTRIBUTIONS.
 """
 
 import math
@@ -14,7 +14,7 @@ from sweep.spec.sampling import Unit
 from sweep.spec.settings import NotAllowedError, Setting, Values
 
 LEAST = 2.0**-54
-"""Least probability that is inverted; at 0 an inverse may be infinite."""
+"""Least probability that is inverted; the inverse at 0 may be infinite."""
 
 MOST = 1e100
 """Bound of the arguments of continuous distributions, far below an overflow."""
@@ -28,17 +28,17 @@ class Distribution:
     ----------
     values : callable
         `values(unit, setting, arguments)` returns the values for draws from the unit
-        interval. It uses the inverse of the distribution, so that every sampler can
-        draw. It raises NotAllowedError if the parameter does not allow the arguments,
-        or values that could be drawn.
+        interval. The function applies the inverse of the distribution, so that every
+        sampler can draw. It raises NotAllowedError if the parameter does not allow the
+        arguments, or values that could be drawn.
     text : str
         Description of the values for users.
     kind : {"continuous", "whole", "listed"}, default "continuous"
         The arguments are two numbers, two integers, or a list of values.
     bounded : bool, default True
-        No value is beyond the arguments. A search needs that.
+        True if no value is beyond the arguments. A search needs bounded distributions.
     logarithmic : bool, default False
-        Values are uniform on a logarithmic scale.
+        True if values are uniform on a logarithmic scale.
     """
 
     values: Callable[[Unit, Setting, Sequence[Any]], Values]
@@ -139,7 +139,7 @@ def normal(unit: Unit, setting: Setting, arguments: Sequence[Any]) -> Values:
 
 
 def integers(unit: Unit, setting: Setting, arguments: Sequence[Any]) -> Values:
-    """Return integers from the first to the last, both included, equally likely.
+    """Return integers from the first to the last, equally likely, bounds included.
 
     Parameters
     ----------
@@ -162,14 +162,14 @@ def integers(unit: Unit, setting: Setting, arguments: Sequence[Any]) -> Values:
     for bound in (first, last):
         setting.coerce(bound)
     if not all(abs(bound) < 2**53 and bound % 1 == 0 for bound in (first, last)):
-        raise NotAllowedError("needs whole numbers")
+        raise NotAllowedError("needs integers")
     if first > last:
         raise NotAllowedError(f"needs the smaller number first, not [{first}, {last}]")
     return np.minimum(np.floor(first + unit * (last - first + 1)), last)
 
 
 def choice(unit: Unit, setting: Setting, arguments: Sequence[Any]) -> Values:
-    """Return any of the listed values, equally likely.
+    """Return listed values, equally likely.
 
     Parameters
     ----------
@@ -202,23 +202,23 @@ DISTRIBUTIONS: dict[str, Distribution] = {
     ),
     "loguniform": Distribution(
         loguniform,
-        "The logarithm is uniform between those of two positive numbers.",
+        "Uniform on a logarithmic scale between two positive numbers.",
         logarithmic=True,
     ),
     "normal": Distribution(
         normal,
         "Normal with a mean and a standard deviation, truncated to the range of"
-        " the setting.",
+        " the parameter.",
         bounded=False,
     ),
     "integers": Distribution(
         integers,
-        "Whole numbers from the first to the last, both included, equally likely.",
+        "Integers from the first to the last, equally likely, bounds included.",
         kind="whole",
     ),
     "choice": Distribution(
         choice,
-        "Any of the listed values, equally likely.",
+        "Listed values, equally likely.",
         kind="listed",
     ),
 }

@@ -1,4 +1,4 @@
-"""Values of a spec with their line, and errors that name it."""
+"""Values of a spec with line numbers, and errors that name the line."""
 
 import sys
 from collections.abc import Iterable, Iterator, Mapping
@@ -19,40 +19,40 @@ FOR_EDITORS = "# yaml-language-server:"
 """Start of a line that gives the schema to the YAML server of an editor."""
 
 MAPPING = "spec (mapping)"
-"""Name in errors for a spec that is not a file."""
+"""Name in errors of a spec that is not a file."""
 
 INTEGER_BOUND = 2**63
-"""Upper bound of the integers of a spec, not included: they fit into int64."""
+"""Upper bound of the integers of a spec, not included, so that int64 is enough."""
 
 
 def keys_in_words(place: Place) -> str:
-    """Return keys and indices as text, such as `sweep.noise[2]`."""
+    """Return keys and indices as a string, such as `sweep.noise[2]`."""
     parts = (f"[{key}]" if isinstance(key, int) else f".{key}" for key in place)
     return "".join(parts).removeprefix(".")
 
 
 @dataclass(frozen=True)
 class Document:
-    """A YAML text, and the line of every value in it.
+    """A YAML text, and the line of every value in the text.
 
-    The place of a value is the keys and indices that lead to it.
+    The place of a value is the path of keys and indices to the value.
     """
 
     path: Path
     text: str
     lines: dict[Place, int] = field(default_factory=dict, repr=False)
     of_mapping: bool = False
-    """The text was made from a Python mapping, so that no user has seen its lines."""
+    """True if the text comes from a Python mapping. Errors then name keys."""
 
     @property
     def for_readers(self) -> list[str]:
-        """The lines of the text, except those for editors."""
+        """The lines of the text, except lines for editors."""
         lines = self.text.splitlines()
         return [line for line in lines if not line.startswith(FOR_EDITORS)]
 
     @property
     def comment(self) -> str:
-        """The comment at the start of the text, in one line. An empty line ends it."""
+        """The comment at the start of the text, up to the first empty line, joined."""
         lines = takewhile(lambda line: line.startswith("#"), self.for_readers)
         return " ".join(line.removeprefix("#").strip() for line in lines)
 
@@ -62,7 +62,7 @@ class Document:
         Parameters
         ----------
         place : Place
-            Keys and indices that lead to the value. If the text does not have it, the
+            Keys and indices that lead to the value. If the text lacks the value, the
             error names the line of the nearest part above.
         message : str
 
@@ -78,7 +78,7 @@ class Document:
         return error
 
     def error_in_line(self, line: int, message: str, place: Place = ()) -> SpecError:
-        """Return an error with a line, or with keys if a mapping was the spec.
+        """Return an error with a line, or with keys for a spec from a mapping.
 
         Parameters
         ----------
@@ -86,7 +86,7 @@ class Document:
             Number of the line, from 1.
         message : str
         place : Place, default ()
-            Keys and indices that lead to the value, named if the spec is a mapping.
+            Keys and indices that lead to the value, for a spec from a mapping.
 
         Returns
         -------
@@ -100,9 +100,9 @@ class Document:
 
 @dataclass(frozen=True)
 class Entry:
-    """One value of a document and its place.
+    """A value of a document with its place.
 
-    The methods that read the value raise SpecError if it has another type.
+    The methods that read the value raise SpecError for a wrong type.
     """
 
     document: Document
@@ -111,7 +111,7 @@ class Entry:
 
     @property
     def name(self) -> str:
-        """The last key that leads to this value; of the whole document, its file."""
+        """The last key that leads to this value; the file for the whole document."""
         return next(
             (part for part in reversed(self.place) if isinstance(part, str)),
             self.document.path.name,
@@ -127,11 +127,11 @@ class Entry:
         return self.error(f'"{self.name}" must be {allowed}, not {value}')
 
     def child(self, key: str | int) -> "Entry":
-        """Return the value below this one at `key`, which must exist."""
+        """Return the value below this value at `key`, which must exist."""
         return Entry(self.document, (*self.place, key), self.value[key])
 
     def get(self, key: str) -> "Entry | None":
-        """Return the value below this mapping at `key`; None if it does not exist."""
+        """Return the value of this mapping at `key`; None without the key."""
         return self.child(key) if key in self.value else None
 
     def mapping(self) -> Iterator[tuple[str, "Entry"]]:
@@ -154,12 +154,13 @@ class Entry:
         required : iterable of str, optional
             Keys that must be present.
         gone : mapping, optional
-            Keys of earlier versions, each with the reason why it was removed.
+            Keys of earlier versions, each with the reason for the removal.
 
         Raises
         ------
         SpecError
-            With all mistakes, if this is not a mapping with such keys.
+            With all mistakes, if this is not a mapping, a key is not allowed, or a
+            required key is missing.
         """
         self.mapping()
         mistakes = Mistakes()
@@ -167,9 +168,7 @@ class Entry:
         for key in self.value:
             with mistakes.noted():
                 if key in gone:
-                    raise self.child(key).error(
-                        f'"{key}" is no key any more: {gone[key]}'
-                    )
+                    raise self.child(key).error(f'key "{key}" was removed: {gone[key]}')
                 if key not in allowed:
                     raise self.child(key).error(unknown("key", key, allowed))
         for key in required:
@@ -193,7 +192,7 @@ class Entry:
     def text(self) -> str:
         """Return this string."""
         if not isinstance(self.value, str):
-            raise self.expected("a text")
+            raise self.expected("a string")
         return self.value
 
     def truth(self) -> bool:
@@ -217,7 +216,7 @@ class Entry:
         ----------
         low : int
         high : int, default 2**63 - 1
-            Both bounds are allowed.
+            The bounds are included.
 
         Returns
         -------
@@ -234,16 +233,16 @@ class Entry:
             or not low <= self.value <= high
         ):
             limit = f" to {high}" if high < INTEGER_BOUND - 1 else ""
-            raise self.expected(f"a whole number from {low}{limit}")
+            raise self.expected(f"an integer from {low}{limit}")
         return self.value
 
     def one_of(self, kind: str, allowed: Iterable[str]) -> str:
-        """Return this name, one of several that are allowed.
+        """Return this name, which must be an allowed name.
 
         Parameters
         ----------
         kind : str
-            Word of the error for the names, such as "sampler".
+            Noun of the names in the error, such as "sampler".
         allowed : iterable of str
 
         Returns
@@ -253,7 +252,7 @@ class Entry:
         Raises
         ------
         SpecError
-            If the value is not one of the names.
+            If the value is not an allowed name.
         """
         name = self.text()
         if name not in allowed:
@@ -262,7 +261,7 @@ class Entry:
 
 
 def in_words(value: Any) -> str:
-    """Return a value for an error: a string in quotes, the kind of a container."""
+    """Return a value for an error: a string in quotes, or the kind of a container."""
     if isinstance(value, dict):
         return "a mapping" if value else "an empty mapping"
     if isinstance(value, list):
@@ -270,5 +269,5 @@ def in_words(value: Any) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if value is None:
-        return "nothing"
+        return "an empty value"
     return f'"{shortened(value)}"' if isinstance(value, str) else repr(value)

@@ -16,7 +16,7 @@ Rows = NDArray[np.intp]
 BLOCK = 2**16
 """Number of points that are computed at once.
 
-Each level of an expression needs memory for a few columns of so many points.
+Each level of an expression needs memory for a few columns of this length.
 """
 
 CONSTANTS: dict[str, float | bool] = {"pi": math.pi, "true": True, "false": False}
@@ -60,8 +60,8 @@ class Function(NamedTuple):
     least, most : int, default 1
         Least and greatest number of arguments.
     unit : {"same", "root", "none"}, default "same"
-        Unit of the value: that of all arguments, its square root, or none. With "none"
-        the arguments have no unit either.
+        Unit of the value: the unit of all arguments, the square root of the unit, or no
+        unit. With "none" the arguments also have no unit.
     """
 
     compute: Callable[..., Values]
@@ -86,7 +86,8 @@ FUNCTIONS: dict[str, Function] = {
 class ExpressionError(ValueError):
     """A mistake in an expression.
 
-    `point` is the index of the first point with the mistake, if values were computed.
+    `point` is the index of the first point with the mistake, if values were computed,
+    and otherwise 0.
     """
 
     def __init__(self, message: str, point: int = 0) -> None:
@@ -97,15 +98,15 @@ class ExpressionError(ValueError):
 Undefined = Callable[[ast.expr, Values, NDArray[np.bool_], Rows], Values]
 """Replacement of undefined values: `undefined(node, values, wrong, rows)`.
 
-`node` computed `values`, (rows,), at the points `rows`. They are undefined where
-`wrong`.
+`node` computed `values`, (rows,), at the points `rows`. Values are undefined where
+`wrong` is true.
 """
 
 
 def refused(
     node: ast.expr, values: Values, wrong: NDArray[np.bool_], rows: Rows
 ) -> Values:
-    """Return values that are all defined.
+    """Return the values, or raise ExpressionError for an undefined value.
 
     Parameters
     ----------
@@ -124,7 +125,7 @@ def refused(
     Raises
     ------
     ExpressionError
-        If a value is undefined. `point` is the first such point.
+        If a value is undefined. `point` is the first point with an undefined value.
     """
     if wrong.any():
         raise ExpressionError(
@@ -136,7 +137,7 @@ def refused(
 def left_open(
     _node: ast.expr, values: Values, wrong: NDArray[np.bool_], _rows: Rows
 ) -> Values:
-    """Return values with NaN for those that are undefined.
+    """Return values with NaN in place of undefined values.
 
     Parameters
     ----------
@@ -159,9 +160,9 @@ def evaluate(
 ) -> Values:
     """Return the value of a checked expression at every point.
 
-    Numbers are float64 throughout, so that no power can grow without bound. A part that
-    an `if`, `and`, `or` or chained comparison does not need at a point is not computed
-    there. No part is computed twice.
+    All numbers are float64, so that no power can grow without bound. A part that an
+    `if`, `and`, `or` or chained comparison does not need at a point is not computed at
+    this point. No part is computed twice.
 
     Parameters
     ----------
@@ -283,7 +284,7 @@ class _Evaluation:
     def _comparison(self, node: ast.Compare, rows: Rows) -> Values:
         """Return the value of `a < b < c`.
 
-        Each term is computed once, and only where the comparisons before it hold.
+        Each term is computed once, and only where all earlier comparisons are true.
         """
         result = np.full(len(rows), True)
         left = self.value(node.left, rows)
@@ -297,7 +298,7 @@ class _Evaluation:
     def _junction(self, every: bool, conditions: list[ast.expr], rows: Rows) -> Values:
         """Return the value of `and` (`every` is true) or `or`.
 
-        Each condition is computed only where the earlier ones do not decide.
+        Each condition is computed only where the earlier conditions do not decide.
         """
         result = np.full(len(rows), every)
         for condition in conditions:
@@ -315,6 +316,6 @@ def _constant(constant: object, length: int) -> Values:
 
 
 def _named(column: Values, rows: Rows) -> Values:
-    # Rows are distinct and ascending: as many rows as points are all points.
+    # Rows are distinct and ascending, so an equal length means all points.
     picked = column if len(rows) == len(column) else column[rows]
     return picked.astype(np.float64) if picked.dtype.kind == "i" else picked

@@ -1,10 +1,11 @@
 """Expressions over the parameters of a model, for `derive`, `when` and `require`.
 
-Expressions below `record` may have metrics too.
+Expressions below `record` may also contain metrics.
 
-An expression is parsed and checked against the kinds of the parameters. Python's eval
-never gets it. It may have numbers, strings, names of parameters, + - * / // % **,
-comparisons, `and`, `or`, `not`, `a if condition else b`, functions and pi.
+An expression is parsed, and checked against the kinds of the parameters, without
+Python's eval. An expression may contain numbers, strings, names of parameters, pi and
+functions. Operators are + - * / // % **, comparisons, `and`, `or`, `not`, and
+`a if condition else b`.
 """
 
 import ast
@@ -31,7 +32,7 @@ from sweep.text import unknown
 
 NUMBER = "a number"
 CONDITION = "a condition"
-TEXT = "a text"
+TEXT = "a string"
 KINDS = {
     "float": NUMBER,
     "int": NUMBER,
@@ -50,12 +51,12 @@ class Expression:
     Attributes
     ----------
     text : str
-    kind : {"a number", "a condition", "a text"}
-        Kind of its value.
+    kind : {"a number", "a condition", "a string"}
+        Kind of the value.
     names : frozenset of str
         Parameters that the expression needs.
     operations : int
-        Number of its parts. Each is computed at most once per point.
+        Number of parts. Each part is computed at most once per point.
     tree : ast.expr
     """
 
@@ -90,8 +91,8 @@ class Expression:
         Raises
         ------
         ExpressionError
-            By default, if a part is not a finite number. `point` is the first such
-            point.
+            By default, if a part is not a finite number. `point` is the first point
+            with the mistake.
         """
         needed = {
             name: np.broadcast_to(_array(columns[name]), n_points)
@@ -105,9 +106,9 @@ def _array(values: Values | Value) -> Values:
 
 
 def parse(text: str, known: Mapping[str, Setting]) -> Expression:
-    """Return the checked expression of a text over the parameters `known`.
+    """Return the checked expression of a string over the parameters `known`.
 
-    Raises ExpressionError if the text is not an expression, or is not allowed.
+    Raises ExpressionError if the string is not an expression, or is not allowed.
     """
     tree = _tree(text)
     checker = _Checker(known)
@@ -120,7 +121,8 @@ def parse(text: str, known: Mapping[str, Setting]) -> Expression:
 def _tree(text: str) -> ast.expr:
     """Return the parts of an expression.
 
-    They are cached: a search checks the same requirements of a model at every point.
+    The parts are cached, because a search checks the requirements of a model at every
+    point.
     """
     if len(text) > MOST_CHARACTERS:
         raise ExpressionError(f"an expression has at most {MOST_CHARACTERS} characters")
@@ -191,7 +193,7 @@ class _Checker:
 
     def _literal(self, number: float) -> str:
         if not abs(number) < 1e300:
-            raise ExpressionError("the expression holds a number that is too large")
+            raise ExpressionError("the expression contains a number that is too large")
         return NUMBER
 
     def _name(self, name: str) -> str:
@@ -216,8 +218,8 @@ class _Checker:
         for node in nodes:
             actual = self.kind(node)
             if actual != kind:
-                # Only here a node becomes text again. To do it earlier would take a
-                # nested expression apart at each of its levels.
+                # Nodes are unparsed only here. Unparsing at each level would repeat
+                # the work for all deeper levels.
                 place = where.format(first and ast.unparse(first))
                 text = ast.unparse(node)
                 raise ExpressionError(f'{place} needs {kind}, but "{text}" is {actual}')
@@ -229,15 +231,15 @@ class _Checker:
         allowed = EQUALITY | ORDER if kind == NUMBER else EQUALITY
         if any(type(operator) not in allowed for operator in operators):
             signs = "==, !=, <, <=, > and >=" if kind == NUMBER else "== and !="
-            raise ExpressionError(f"{kind} can only be compared by {signs}")
+            raise ExpressionError(f"{kind} can only be compared with {signs}")
         self._choices(terms)
         return CONDITION
 
     def _choices(self, terms: list[ast.expr]) -> None:
         """Raise ExpressionError for a comparison with an impossible value.
 
-        Such a value is not a choice of the parameter, or not the text of positions that
-        tables have.
+        A value is impossible if it is not a choice of the parameter, or not a string of
+        positions as in tables.
         """
         settings = [
             self.known[term.id]
@@ -274,4 +276,6 @@ def _check_places(setting: Setting, text: str) -> None:
     except NotAllowedError as error:
         raise ExpressionError(str(error)) from None
     if value != text:
-        raise ExpressionError(f'{setting.name} has the text "{value}", not "{text}"')
+        raise ExpressionError(
+            f'{setting.name} has the value "{value}" in tables, not "{text}"'
+        )

@@ -29,7 +29,7 @@ UNITS = {
 LEAST_MEMORY = 400 * 2**20
 """Least memory limit of a worker, in bytes.
 
-The interpreter, its libraries and the compiled kernels take about half of it.
+The interpreter, the libraries and the compiled kernels take about half of this memory.
 """
 MOST_MEMORY = 2**50
 NUMBER = r"[0-9]{1,15}(?:\.[0-9]{1,9})?"
@@ -38,15 +38,15 @@ SIZE = re.compile(rf"({NUMBER}) ?([A-Za-z]+)")
 
 @dataclass(frozen=True)
 class FailureBudget(Content[int | Fraction]):
-    """A number of trials, or a percentage of all, which is read as a Fraction."""
+    """A number of trials, or a percentage of all trials, which reads as a Fraction."""
 
     @property
     def words(self) -> str:
-        """Both forms of a budget."""
-        return "a number of trials from 0, or a share of them from 0% to 100%"
+        """The two forms of a budget."""
+        return "a number of trials from 0, or a percentage from 0% to 100%"
 
     def read(self, entry: Entry) -> int | Fraction:
-        """Return the number of trials, or the fraction of all."""
+        """Return the number of trials, or the fraction of all trials."""
         if isinstance(entry.value, int) and not isinstance(entry.value, bool):
             return entry.whole(0)
         if (part := share(entry.value)) is not None:
@@ -71,12 +71,12 @@ class FailureBudget(Content[int | Fraction]):
 
 @dataclass(frozen=True)
 class MemorySize(Content[int]):
-    """A size with its unit, which is read as a number of bytes."""
+    """A size with a unit, which reads as a number of bytes."""
 
     @property
     def words(self) -> str:
         """The form of a size, with examples."""
-        return 'a size with its unit, as "2 GiB" or "1500 MB"'
+        return 'a size with a unit, such as "2 GiB" or "1500 MB"'
 
     def read(self, entry: Entry) -> int:
         """Return the size in bytes."""
@@ -91,11 +91,11 @@ class MemorySize(Content[int]):
             raise entry.error(
                 f'"{entry.name}" is {entry.value}, and must be at least'
                 f" {LEAST_MEMORY // 2**20} MiB:"
-                " a worker holds about half of that before its first trial"
+                " a worker uses about half of this before the first trial"
             )
         if size > MOST_MEMORY:
             raise entry.error(
-                f'"{entry.name}" is {entry.value}, more than any machine has'
+                f'"{entry.name}" is {entry.value}, more than the memory of any machine'
             )
         return size
 
@@ -110,9 +110,10 @@ class MemorySize(Content[int]):
 
 @dataclass(frozen=True)
 class Policy:
-    """Policy for failed trials: an exception, a dead worker, too much time or memory.
+    """Policy for failed trials.
 
-    A trial that diverges has not failed.
+    A trial fails by an exception, a dead worker, too much time or too much memory. A
+    trial that diverges is not a failed trial.
 
     Attributes
     ----------
@@ -121,7 +122,7 @@ class Policy:
         Number of further attempts for a failed trial.
     budget : int or Fraction, optional
         Number of trials, or fraction of all trials of the study. The run ends when more
-        have failed. None for no end.
+        trials have failed. None for no limit.
     memory : int, optional
         Memory limit of a worker, in bytes.
     """
@@ -130,8 +131,8 @@ class Policy:
         OnError,
         Key(
             OneOf("on_error", get_args(OnError)),
-            "record: a failed trial is a row that says so; retry: it is tried again"
-            " first; stop: the launch ends at the first",
+            "record: store a failed trial and continue. retry: run failed trials again"
+            " at the end. stop: end the launch at the first failed trial",
             example="retry",
         ),
     ] = "record"
@@ -139,7 +140,7 @@ class Policy:
         int,
         Key(
             Whole(1),
-            "how often more a failed trial is tried; only with on_error: retry",
+            "number of further attempts per failed trial; only with on_error: retry",
             otherwise=f"{RETRIES}",
             example="3",
         ),
@@ -148,10 +149,10 @@ class Policy:
         int | Fraction | None,
         Key(
             FailureBudget(),
-            "the launch ends when more trials have failed: a number, or a share of all;"
-            " not with on_error: stop",
+            "largest number of failed trials, or percentage of all trials. A launch"
+            " with more failed trials ends. Not with on_error: stop",
             name="failure_budget",
-            otherwise="no end",
+            otherwise="no limit",
             example="5%",
         ),
     ] = None
@@ -159,7 +160,7 @@ class Policy:
         int | None,
         Key(
             MemorySize(),
-            f"what a worker may hold; at least {LEAST_MEMORY // 2**20} MiB",
+            f"memory limit of a worker; at least {LEAST_MEMORY // 2**20} MiB",
             name="memory_limit",
             otherwise="no limit",
             example="2 GiB",
@@ -167,7 +168,7 @@ class Policy:
     ] = None
 
     def allowed(self, trials: int) -> int | None:
-        """Return how many of all trials may fail before the run ends; None for all."""
+        """Return the largest number of failed trials of a run; None for no limit."""
         if self.on_error == "stop":
             return 0
         return (
@@ -177,16 +178,16 @@ class Policy:
         )
 
     def in_words(self, trials: int) -> str:
-        """Return the policy for a number of trials in words, "" for the default."""
+        """Return the policy for a number of trials in words; "" for the default."""
         allowed = self.allowed(trials)
         words = []
         if self.retries:
             words.append(
-                f"tried again, at most {self.retries:,}"
+                f"failed trials run again at most {self.retries:,}"
                 f" {'time' if self.retries == 1 else 'times'}"
             )
         if self.on_error == "stop":
-            words.append("the launch ends at the first")
+            words.append("the launch ends at the first failed trial")
         elif allowed is not None:
             words.append(
                 f"the launch ends when more than {allowed:,} of {trials:,} trials have"
@@ -194,7 +195,7 @@ class Policy:
             )
         if self.memory is not None:
             words.append(
-                "a trial fails whose worker holds more than"
+                "a trial fails if the worker uses more than"
                 f" {self.memory / 2**20:,.0f} MiB"
             )
         return "; ".join(words)
@@ -208,19 +209,19 @@ def read_policy(root: Entry) -> Policy:
     budget = root.get("failure_budget")
     written = root.get("on_error")
     on_error = values["on_error"]
-    # Otherwise `on_error` is wrong, and only this mistake is reported.
+    # If `on_error` itself is wrong, only this mistake is reported.
     sure = written is None or written.value == on_error
     with mistakes.noted():
         if retries and sure and on_error != "retry":
             raise retries.error(
-                f'"retries" is for "on_error: retry", and on_error is {on_error}:'
-                " change it or leave it out"
+                f'"retries" needs "on_error: retry", and on_error is {on_error}: change'
+                ' "on_error" or remove "retries"'
             )
     with mistakes.noted():
         if budget and sure and on_error == "stop":
             raise budget.error(
-                '"failure_budget" is for "on_error: record" or "retry": with'
-                ' "on_error: stop" a launch ends at the first failed trial anyway'
+                '"failure_budget" needs "on_error: record" or "retry": "on_error: stop"'
+                " ends a launch at the first failed trial"
             )
     mistakes.check()
     policy = Policy(**values)
@@ -230,7 +231,7 @@ def read_policy(root: Entry) -> Policy:
 
 
 def policy_dependencies() -> Schema:
-    """Return the checks of `read_policy` on several keys as JSON Schema, by key."""
+    """Return the checks of `read_policy` of several keys as JSON Schema, by key."""
     retried = {"properties": {"on_error": {"const": "retry"}}, "required": ["on_error"]}
     not_stopped = {"properties": {"on_error": {"enum": ["record", "retry"]}}}
     return {"retries": retried, "failure_budget": not_stopped}
@@ -239,7 +240,7 @@ def policy_dependencies() -> Schema:
 def _unknown_unit(unit: str) -> str:
     """Return the sentence that reports an unknown unit.
 
-    The most frequent mistake is upper or lower case, which `unknown` does not find.
+    The most frequent mistake is a wrong case of letters, which `unknown` does not find.
     """
     close = next((known for known in UNITS if known.lower() == unit.lower()), None)
     if close is None:

@@ -1,7 +1,6 @@
 """Images as obstacles: the occupied pixels of a file, as few rectangles.
 
-Files may come from anyone. So only plain raster formats are decoded, and no image that
-is too large.
+Files may be untrusted. So only plain raster formats of a limited size are decoded.
 """
 
 import io
@@ -18,22 +17,22 @@ if TYPE_CHECKING:
 MOST_SIDE = 4096
 MOST_BYTES = 100_000_000
 MOST_READS = 1_000_000
-"""Most reads of a decoder.
+"""Largest number of reads of a decoder.
 
-A file of tiny pieces, or with many comments, would keep it busy for minutes.
+A file of tiny pieces, or with many comments, would occupy the decoder for minutes.
 """
 FORMATS = ("PNG", "PPM", "BMP", "JPEG")
-"""The formats that drawings and ROS need, and no more. PPM includes .pgm and .pbm."""
+"""Allowed formats, for drawings and ROS. PPM includes .pgm and .pbm."""
 DECODERS = ("raw", "zip", "jpeg")
 """Decoders of Pillow that are allowed.
 
-Its other decoders of these formats take seconds to minutes: plain PPM, PPM with a white
-other than 255 and 65535, and packed BMP.
+All further decoders of the formats take seconds to minutes: plain PPM, PPM with a white
+value that is neither 255 nor 65535, and packed BMP.
 """
 SEAM = 1e-9
 """Margin of a rectangle on every side, as a fraction of a pixel.
 
-Without it a point on the border of two rectangles would be in neither.
+Without a margin, a point on the border of two rectangles would be outside of each.
 """
 
 
@@ -49,15 +48,16 @@ class _Counted(io.BufferedReader):
     def read(self, size: int | None = -1, /) -> bytes:
         self.reads += 1
         if self.reads > MOST_READS:
-            raise ImageError("is in too many pieces, or has too many remarks")
+            raise ImageError("has too many pieces or comments")
         return super().read(size)
 
 
 def brightness(path: Path) -> NDArray[np.float64]:
     """Return the brightness of every pixel, shape (rows, columns), top row first.
 
-    It is the luminance, from 0 (black) to 255 (white, or transparent). Raises
-    ImageError if the file is missing, not an image, too large or too slow to read.
+    The brightness is the luminance, from 0 (black) to 255 (white, or transparent).
+    Raises ImageError if the file is missing, not an image, too large or too slow to
+    read.
     """
     from PIL import Image, UnidentifiedImageError
 
@@ -74,7 +74,7 @@ def brightness(path: Path) -> NDArray[np.float64]:
                     )
                 if slow := {tile[0] for tile in image.tile} - {*DECODERS}:
                     way = ", ".join(sorted(slow))
-                    raise ImageError(f"would take long to read ({way}): save it as PNG")
+                    raise ImageError(f"has a slow encoding ({way}): save as PNG")
                 return _grey(image)
     except ImageError:
         raise
@@ -87,16 +87,16 @@ def brightness(path: Path) -> NDArray[np.float64]:
             f"is too large; at most {MOST_SIDE} x {MOST_SIDE} pixels"
         ) from None
     except UnidentifiedImageError:
-        raise ImageError(f"is not an image; allowed are {', '.join(FORMATS)}") from None
+        raise ImageError(f"is not an image; allowed: {', '.join(FORMATS)}") from None
     except Exception as error:
         # Decoders of damaged files raise errors of almost any type.
         raise ImageError(f"cannot be read: {error}") from None
 
 
 def _check_file(path: Path) -> None:
-    # To open a pipe would take for ever, and a device has no end.
+    # Opening a pipe would block, and a device has no end.
     if path.exists() and not path.is_file() and not path.is_dir():
-        raise ImageError("is no ordinary file")
+        raise ImageError("is not a regular file")
     if path.stat().st_size > MOST_BYTES:
         raise ImageError(f"is larger than {MOST_BYTES:,} bytes")
 
@@ -108,7 +108,7 @@ def _grey(image: "Image.Image") -> NDArray[np.float64]:
         return np.asarray(image, np.float64) / 257.0
     if image.mode in ("I", "F"):
         raise ImageError(
-            "has pixels of 32 bits, whose white is not known; allowed are up to 16 bits"
+            "has pixels of 32 bits, without a defined white; allowed: up to 16 bits"
         )
     if image.has_transparency_data:
         from PIL import Image
@@ -121,8 +121,9 @@ def _grey(image: "Image.Image") -> NDArray[np.float64]:
 def rectangles(occupied: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Return rectangles (M, 4) that cover exactly the true pixels, each once.
 
-    A rectangle is its first column, its first row, and the column and row after its
-    last. Runs of pixels within a row are merged with equal runs in the rows below.
+    A row has the first column, the first row, and the column and row after the end of
+    the rectangle. Runs of pixels within a row are merged with equal runs in the rows
+    below.
     """
     change = np.diff(np.pad(occupied, ((0, 0), (1, 1))).astype(np.int8), axis=1)
     row, start = np.nonzero(change == 1)

@@ -1,6 +1,6 @@
-"""The table of all keys of a spec, docs/keys.md: `make documents` writes it.
+"""The table of all keys of a spec, docs/keys.md, which `make documents` writes.
 
-It comes from the descriptions that the reader of specs uses. So no key is missing.
+The table has the descriptions of the reader of specs, so that no key is missing.
 """
 
 from collections.abc import Iterable, Iterator
@@ -15,21 +15,21 @@ HEAD = """\
 `make documents` writes this page from the descriptions of the keys.
 [Writing a spec](guide/writing-a-spec.md) shows how to use the keys.
 `sweep models MODEL` lists the parameters of a model. A dot leads to a key of a mapping.
-NAME stands for a name that you choose, and [] for each part of a list. Keys below an
-axis, such as `sweep.NAME` and `search.over.NAME`, have a separate table. A required key
-must be given wherever its mapping appears.
+NAME is a name of your choice, and [] is each part of a list. Keys below an axis, such
+as `sweep.NAME` and `search.over.NAME`, have a separate table. A required key must be
+given wherever the mapping of the key appears.
 
-| key | what it is | allowed | without it | example |
+| key | meaning | allowed values | default | example |
 |---|---|---|---|---|
 """
 AXES = """
 ## The keys of an axis
 
-An axis of one setting stands under its name, and is a list or a mapping with one of the
-first keys. An axis of several settings has a name of yours, and `zip`, `sample` or
-`ablate`.
+An axis of one parameter has the name of the parameter. The value is a list, or a
+mapping with one of the first keys. An axis of several parameters has a name of your
+choice, and the key `zip`, `sample` or `ablate`.
 
-| key | what it is | allowed | without it | example |
+| key | meaning | allowed values | default | example |
 |---|---|---|---|---|
 """
 
@@ -41,7 +41,7 @@ def key_table() -> str:
 
 
 def described(*parts: type | Key, path: str = "") -> Iterator[tuple[str, Key]]:
-    """Yield each key of these parts, and the keys below it, with the full path."""
+    """Yield each key of the parts, and the keys below, with the full path."""
     for key in keys_of(*parts):
         full_path = path + key.name
         yield full_path, key

@@ -1,14 +1,14 @@
-"""Keys of a spec, each described once, beside the field that holds its value.
+"""Keys of a spec, each described once, at the field of the value.
 
-A section of a spec is a dataclass. Its fields are the keys, each annotated with a
+A section of a spec is a dataclass. The fields are the keys, each annotated with a
 `Key`:
 
     every: Annotated[int, Key(Whole(1), "number of steps between frames")] = 1
 
 The reader (`read_section`), the JSON Schema (`section_schema`), the writer of specs
 (`written`) and the table of docs/keys.md (`sweep.spec.key_table`) come from the fields.
-A field without a default is a required key, unless its `Key` says what holds
-`otherwise`. Rules for several keys together are checked beside the class.
+A field without a default is a required key, unless the `Key` has `otherwise`. Rules for
+several keys together are checked next to the class.
 """
 
 from collections.abc import Iterator, Mapping
@@ -29,24 +29,24 @@ NOTHING: Any = object()
 
 @dataclass(frozen=True)
 class Key:
-    """A key of a section: its content and its meaning.
+    """A key of a section, with content and meaning.
 
     Attributes
     ----------
-    content
-        The values that the key may have.
-    text
+    content : Content
+        The allowed values of the key.
+    text : str
         The meaning, for documents and editors.
-    name
-        The key, if it is not the name of the field.
-    otherwise
-        In words, what holds without the key, if the default of the field does not.
-    example
+    name : str, default ""
+        The key, if the key differs from the name of the field.
+    otherwise : str, optional
+        The default in words, if it differs from the default of the field.
+    example : str, default ""
         A value in YAML.
-    field
-        The field of the dataclass. `keys_of` enters it.
-    default
-        The default of the field, or NOTHING. `keys_of` enters it.
+    field : str
+        The field of the dataclass, entered by `keys_of`.
+    default : object
+        The default of the field, or NOTHING, entered by `keys_of`.
     """
 
     content: Content[Any]
@@ -64,10 +64,7 @@ class Key:
 
     @property
     def fallback(self) -> str:
-        """In words, what holds without the key.
-
-        "" if the key is required.
-        """
+        """The default in words; "" if the key is required."""
         if self.otherwise is not None:
             return self.otherwise
         return "" if self.required else _plain(self.content.write(self.default))
@@ -87,11 +84,11 @@ class SectionOf(Content[Any]):
 
     @property
     def words(self) -> str:
-        """The allowed values, in words."""
+        """The allowed values in words."""
         return "a mapping"
 
     def read(self, entry: Entry) -> Any:
-        """Return the dataclass that an entry writes. Raises SpecError."""
+        """Return the dataclass of an entry. Raises SpecError."""
         return read_section(self.part, entry)
 
     def schema(self) -> Schema:
@@ -99,27 +96,27 @@ class SectionOf(Content[Any]):
         return section_schema(self.part)
 
     def write(self, value: Any) -> Any:
-        """Return a section as a mapping, without its defaults."""
+        """Return a section as a mapping, without default values."""
         return differing(value)
 
     @property
     def sections(self) -> tuple[type[Any], ...]:
-        """The classes whose keys may appear below this one."""
+        """The classes whose keys may appear below this key."""
         return (self.part,)
 
 
 class LaterSectionOf(SectionOf):
-    """A section whose reader must know other keys."""
+    """A section whose reader also needs the values of further keys."""
 
     def read(self, entry: Entry) -> Entry:
-        """Return the entry as it is, for its own reader."""
+        """Return the entry unchanged, for a special reader."""
         return entry
 
 
 def keys_of(*parts: type[Any] | Key) -> tuple[Key, ...]:
-    """Return the keys that the fields of dataclasses describe, in their order.
+    """Return the keys that the fields of dataclasses describe, in order.
 
-    A part may be a key itself.
+    A part may also be a key.
     """
     return _keys_of(parts)
 
@@ -147,8 +144,8 @@ def check_keys(
 ) -> None:
     """Raise SpecError unless an entry is a mapping with the right keys.
 
-    The keys are those of `parts` and no others, and all required ones. `gone` tells for
-    keys of earlier versions why they were removed.
+    Allowed keys are the keys of `parts`. All required keys must be present. `gone` has
+    the reasons for the removal of keys of earlier versions.
     """
     keys = keys_of(*parts)
     required = [key.name for key in keys if key.required]
@@ -156,7 +153,7 @@ def check_keys(
 
 
 def check_beside(root: Entry, key: str, barred: Mapping[str, str]) -> None:
-    """Raise SpecError for keys of a spec that cannot appear beside another key.
+    """Raise SpecError for keys of a spec that another key excludes.
 
     Parameters
     ----------
@@ -165,8 +162,7 @@ def check_beside(root: Entry, key: str, barred: Mapping[str, str]) -> None:
     key : str
         The key that the spec has.
     barred : mapping
-        The reason, or "", by key that cannot appear beside it. All mistakes are
-        reported together.
+        The reason, or "", by excluded key. All mistakes are reported together.
     """
     mistakes = Mistakes()
     for name, why in barred.items():
@@ -178,9 +174,9 @@ def check_beside(root: Entry, key: str, barred: Mapping[str, str]) -> None:
 
 
 def read_section(part: type[T], entry: Entry | None, **otherwise: Any) -> T:
-    """Return the dataclass that an entry writes. Raises SpecError.
+    """Return the dataclass of an entry. Raises SpecError.
 
-    `otherwise` has values by field for keys that are left out, instead of the defaults.
+    `otherwise` has values by field that replace the defaults of missing keys.
     """
     if entry is None:
         return part(**otherwise)
@@ -203,12 +199,12 @@ def read_values(part: type[Any], entry: Entry, mistakes: Mistakes) -> dict[str, 
     entry : Entry
         Must be a mapping.
     mistakes : Mistakes
-        Errors are noted here. A wrong key has no value.
+        Collects the errors. A wrong key has no value.
 
     Returns
     -------
     dict
-        With the defaults of keys that are left out, if they have one.
+        Includes the defaults of missing keys.
     """
     keys = keys_of(part)
     defaults = {key.field: key.default for key in keys if key.default is not NOTHING}
@@ -227,7 +223,7 @@ def _written_values(
 
 
 def section_schema(*parts: type[Any] | Key) -> Schema:
-    """Return the JSON Schema of a mapping with the keys of these parts."""
+    """Return the JSON Schema of a mapping with the keys of the parts."""
     keys = keys_of(*parts)
     properties = {key.name: key.schema() for key in keys}
     return mapping(properties, [key.name for key in keys if key.required])
@@ -248,17 +244,14 @@ def written(values: Mapping[str, Any], *parts: type[Any] | Key) -> dict[str, Any
 
 
 def differing(section: Any) -> dict[str, Any]:
-    """Return a mapping that reads as a section, without its defaults."""
+    """Return a mapping that reads as a section, without default values."""
     values = [(key, getattr(section, key.field)) for key in keys_of(type(section))]
     changed = {key.name: value for key, value in values if value != key.default}
     return written(changed, type(section))
 
 
 def _plain(value: Any) -> str:
-    """Return a default as a spec writes it.
-
-    "" for None, which a spec cannot write.
-    """
+    """Return a default in the form of a spec; "" for None, which a spec cannot have."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, float):

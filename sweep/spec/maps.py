@@ -1,7 +1,7 @@
 """Maps of a spec.
 
-A map is drawn with shapes, is a built-in map with some obstacles changed, or is read
-from an image or from a ROS map.
+A map has shapes, is a built-in map with some obstacles changed, or is read from an
+image or a ROS map.
 
     room:
       size: [10, 10]
@@ -11,7 +11,7 @@ from an image or from a ROS map.
         - polygon: {vertices: [[1, 8], [3, 8], [2, 9]]}
     aisle:
       from: cafeteria
-      without: [3]                             # its third obstacle
+      without: [3]                             # the third obstacle
       add:
         - disc: {x: 400, y: 300, radius: 20}
     lab: {image: lab.png, resolution: 0.05}  # dark pixels are occupied
@@ -19,8 +19,8 @@ from an image or from a ROS map.
 
 `resolution` is the length of a pixel. Lengths are in the model's unit of length. x and
 y are the coordinates of the centre of a shape. The origin is the top left corner, and y
-grows downwards. A path is relative to the folder of the spec, and the path of the image
-of a ROS map to the folder of its file.
+increases downwards. A path is relative to the folder of the spec. The image of a ROS
+map is relative to the folder of the ROS file.
 """
 
 import hashlib
@@ -85,18 +85,18 @@ HALF = 0.5
 OCCUPIED = 0.65
 """Darkness, from 0 to 1, above which a pixel of a ROS map is occupied.
 
-For a map without a threshold of its own.
+This value applies to maps without the key `occupied_thresh`.
 """
 
 LENGTH = Number(above=0, most=MOST_LENGTH)
 NUMBER = Whole(1)
-ACROSS = "of the centre, from the left"
-DOWN = "of the centre, from the top"
+ACROSS = "x coordinate of the centre, from the left"
+DOWN = "y coordinate of the centre, from the top"
 
 
 @dataclass(frozen=True)
 class Disc:
-    """A round obstacle as a spec writes it."""
+    """A round obstacle in the form of a spec."""
 
     x: Annotated[float, Key(Number(), ACROSS, example="3")]
     y: Annotated[float, Key(Number(), DOWN, example="4")]
@@ -112,12 +112,12 @@ class Disc:
 
 @dataclass(frozen=True)
 class Rectangle:
-    """A rectangular obstacle as a spec writes it."""
+    """A rectangular obstacle in the form of a spec."""
 
     x: Annotated[float, Key(Number(), ACROSS, example="6")]
     y: Annotated[float, Key(Number(), DOWN, example="5")]
-    width: Annotated[float, Key(LENGTH, "from left to right", example="2")]
-    height: Annotated[float, Key(LENGTH, "from top to bottom", example="1")]
+    width: Annotated[float, Key(LENGTH, "width, along x", example="2")]
+    height: Annotated[float, Key(LENGTH, "height, along y", example="1")]
     velocity: Annotated[Point | None, VELOCITY] = None
 
     @property
@@ -129,19 +129,19 @@ class Rectangle:
 
 @dataclass(frozen=True)
 class Shape:
-    """One obstacle: exactly one of these keys."""
+    """An obstacle, with exactly one of the keys."""
 
     disc: Annotated[
         Disc | None,
-        Key(SectionOf(Disc), "round; a shape is one of the three", otherwise=""),
+        Key(SectionOf(Disc), "a circle; a shape has one of three keys", otherwise=""),
     ] = None
     rectangle: Annotated[
         Rectangle | None,
-        Key(SectionOf(Rectangle), "with sides along x and y", otherwise=""),
+        Key(SectionOf(Rectangle), "a rectangle, sides along x and y", otherwise=""),
     ] = None
     polygon: Annotated[
         VertexPolygon | None,
-        Key(SectionOf(VertexPolygon), "of any other shape", otherwise=""),
+        Key(SectionOf(VertexPolygon), "a shape with vertices", otherwise=""),
     ] = None
 
 
@@ -151,11 +151,11 @@ class Size(Content[tuple[float, float]]):
 
     @property
     def words(self) -> str:
-        """The allowed values, in words."""
+        """The allowed values in words."""
         return "[width, height]"
 
     def read(self, entry: Entry) -> tuple[float, float]:
-        """Return the value of an entry. Raise SpecError if it is not allowed."""
+        """Return the size of an entry, or raise SpecError for a wrong value."""
         if len(entry.entries()) != 2:
             raise entry.expected(self.words)
         width, height = (LENGTH.read(side) for side in entry.entries())
@@ -190,13 +190,13 @@ def _shapes_schema() -> Schema:
 
 @dataclass(frozen=True)
 class DrawnMap:
-    """A map of shapes, as a spec writes it."""
+    """A map of shapes, in the form of a spec."""
 
     size: Annotated[
         tuple[float, float],
         Key(
             Size(),
-            "[width, height] of the world, in the model's unit of length",
+            "[width, height] of the world, in the unit of length of the model",
             example="[10, 10]",
         ),
     ]
@@ -204,7 +204,7 @@ class DrawnMap:
         Entry,
         Key(
             ReadLater("a list of shapes", _shapes_schema, (Shape,), "[]"),
-            "the obstacles",
+            "obstacles of the map",
             example="[{disc: {x: 3, y: 4, radius: 0.5}}]",
         ),
     ]
@@ -214,12 +214,14 @@ class DrawnMap:
 class ChangedObstacle:
     """A shape that replaces an obstacle of a copied map."""
 
-    number: Annotated[int, Key(NUMBER, "of the obstacle in the map", example="5")]
+    number: Annotated[
+        int, Key(NUMBER, "number of the obstacle in the map, from 1", example="5")
+    ]
     to: Annotated[
         Entry,
         Key(
             ReadLater("a shape", _a_shape, (Shape,)),
-            "the shape in its place",
+            "new shape of the obstacle",
             example="{disc: {x: 3, y: 4, radius: 0.5}}",
         ),
     ]
@@ -231,13 +233,13 @@ def _changes_schema() -> Schema:
 
 @dataclass(frozen=True)
 class CopiedMap:
-    """A built-in map with some obstacles changed, as a spec writes it."""
+    """A built-in map with some obstacles changed, in the form of a spec."""
 
     source: Annotated[
         str,
         Key(
             Text("the name of a map"),
-            "a built-in map with a size of its own, of which this is a copy",
+            "name of the built-in map that is copied; the map must have a size",
             name="from",
             example="cafeteria",
         ),
@@ -246,7 +248,7 @@ class CopiedMap:
         tuple[int, ...],
         Key(
             ListOf(NUMBER, "numbers"),
-            "obstacles that are left out, by their numbers in the map",
+            "numbers of the obstacles that are left out",
             otherwise="none",
             example="[3]",
         ),
@@ -255,7 +257,7 @@ class CopiedMap:
         Entry | None,
         Key(
             ReadLater("a list of changes", _changes_schema, (ChangedObstacle,), "[]"),
-            "obstacles that are others",
+            "changed obstacles",
             otherwise="none",
             example="[{number: 5, to: {disc: {x: 3, y: 4, radius: 0.5}}}]",
         ),
@@ -264,7 +266,7 @@ class CopiedMap:
         Entry | None,
         Key(
             ReadLater("a list of shapes", _shapes_schema, (Shape,), "[]"),
-            "obstacles besides",
+            "further obstacles",
             otherwise="none",
             example="[{disc: {x: 3, y: 4, radius: 0.5}}]",
         ),
@@ -273,13 +275,13 @@ class CopiedMap:
 
 @dataclass(frozen=True)
 class PicturedMap:
-    """A map in an image, as a spec writes it."""
+    """A map from an image, in the form of a spec."""
 
     image: Annotated[
         str,
         Key(
             Text("the path of a file"),
-            "an image, whose dark pixels are occupied",
+            "image whose dark pixels are occupied",
             example="lab.png",
         ),
     ]
@@ -288,13 +290,13 @@ class PicturedMap:
 
 @dataclass(frozen=True)
 class RosMap:
-    """A map of ROS, as a spec writes it."""
+    """A map of ROS, in the form of a spec."""
 
     ros: Annotated[
         str,
         Key(
             Text("the path of a file"),
-            "a file of ROS's map_server",
+            "file of the ROS package map_server",
             example="floor.yaml",
         ),
     ]
@@ -316,10 +318,10 @@ class OwnMap:
 
     Attributes
     ----------
-    size
+    size : (float, float)
         Width and height, in the unit of length of the model.
-    obstacles
-        In the form of `kernels.worlds`.
+    obstacles : tuple of Obstacle
+        Obstacles in the form of `kernels.worlds`.
     """
 
     size: tuple[float, float]
@@ -346,18 +348,18 @@ class OwnMap:
 def from_json(stored: Any) -> OwnMap:
     """Return the map that `as_json` wrote.
 
-    Raises ValueError, with the mistake, for anything else.
+    Raises ValueError, with the mistake, for all other values.
     """
     try:
         width, height = np.array(stored["size"], np.float64).tolist()
         rows = tuple(map(_row_from_json, stored["obstacles"]))
     except (ValueError, TypeError, KeyError, OverflowError):
-        raise ValueError("it has no size, or no table of obstacles") from None
+        raise ValueError("the map has no size, or no table of obstacles") from None
     if not (0 < width < math.inf and 0 < height < math.inf):
-        raise ValueError(f"its size is {width} x {height}")
+        raise ValueError(f"the size of the map is {width} x {height}")
     if len(rows) > MOST_SHAPES:
         raise ValueError(
-            f"it has {len(rows):,} shapes; at most {MOST_SHAPES:,} are allowed"
+            f"the map has {len(rows):,} shapes; at most {MOST_SHAPES:,} are allowed"
         )
     obstacles = tuple(
         polygon_from_json(row) if isinstance(row, dict) else row for row in rows
@@ -367,14 +369,14 @@ def from_json(stored: Any) -> OwnMap:
         lengths = min(half_width, half_height) > 0 and disc in (0.0, 1.0)
         if not lengths or not _meets(obstacle, width, height):
             raise ValueError(
-                f"a shape at {x}, {y} of {half_width} x {half_height} is none, or"
-                " outside"
+                f"a shape at {x}, {y} of {half_width} x {half_height} is not valid, or"
+                " outside of the world"
             )
     return OwnMap((width, height), obstacles)
 
 
 def _row_from_json(stored: Any) -> dict[str, Any] | Row:
-    """Return the numbers of a disc or a rectangle; a polygon as it is stored."""
+    """Return the numbers of a disc or a rectangle; a polygon unchanged."""
     if isinstance(stored, dict):
         return stored
     row = tuple(map(float, stored))
@@ -389,11 +391,11 @@ def maps_from_json(stored: Any, built_in: Collection[str]) -> dict[str, OwnMap]:
     Raises ValueError as `from_json`, and for a name that is not allowed or `built_in`.
     """
     if not isinstance(stored, dict):
-        raise ValueError("they are no maps by name")
+        raise ValueError("the maps are not a mapping of names to maps")
     maps = {}
     for name, content in stored.items():
         if not MAP_NAME.fullmatch(name) or name in built_in:
-            raise ValueError(f'"{name}" is no name of a map of a spec')
+            raise ValueError(f'"{name}" is not an allowed name of a custom map')
         try:
             maps[name] = from_json(content)
         except ValueError as error:
@@ -411,7 +413,7 @@ def read_maps(
     entry : Entry or None
         The value of `maps`.
     folder : Path
-        Paths are relative to it.
+        Paths are relative to this folder.
     built_in : collection of str
         Names of built-in maps, which no custom map may have.
 
@@ -441,13 +443,11 @@ def read_maps(
 def _check_name(name: str, entry: Entry, built_in: Collection[str]) -> None:
     if not MAP_NAME.fullmatch(name):
         raise entry.error(
-            f'map "{name}" is not allowed: names of small letters, digits and "_",'
-            " a letter first"
+            f'map "{name}" is not allowed: a name has lower-case letters, digits and'
+            ' "_", and begins with a letter'
         )
     if name in built_in:
-        raise entry.error(
-            f'"{name}" is a map already: one of your own needs another name'
-        )
+        raise entry.error(f'"{name}" is a built-in map: choose a different name')
 
 
 def _map(name: str, entry: Entry, folder: Path) -> OwnMap:
@@ -526,7 +526,7 @@ def _copied(entry: Entry, _folder: Path) -> OwnMap:
 def _changed(
     entry: Entry | None, without: Sequence[int], size: tuple[float, float] | None
 ) -> dict[int, Obstacle]:
-    """Return the changed obstacles by the numbers of those that they replace."""
+    """Return the changed obstacles by the numbers of the replaced obstacles."""
     changed: dict[int, Obstacle] = {}
     mistakes = Mistakes()
     for change in entry.items() if entry else []:
@@ -551,10 +551,10 @@ def _change(entry: Entry, size: tuple[float, float] | None) -> tuple[int, Obstac
 
 
 def map_as_written(map_: OwnMap) -> dict[str, Any]:
-    """Return a map as a spec writes it.
+    """Return a map in the form of a spec.
 
-    It is written as a copy of a built-in map if it differs from one in at most half as
-    many obstacles as it has, else with all its shapes.
+    The form is a copy of a built-in map, if at most half of the obstacles differ.
+    Otherwise the form lists all shapes.
     """
     if (copy := copy_of(map_.size, map_.obstacles)) is None:
         shapes = [shape_as_written(obstacle) for obstacle in map_.obstacles]
@@ -572,7 +572,7 @@ def map_as_written(map_: OwnMap) -> dict[str, Any]:
 
 
 def shape_as_written(obstacle: Obstacle) -> dict[str, dict[str, Any]]:
-    """Return an obstacle as a spec writes it."""
+    """Return an obstacle in the form of a spec."""
     if isinstance(obstacle, Polygon):
         return {"polygon": polygon_as_written(obstacle)}
     x, y, half_width, half_height, is_round = obstacle[:5]
@@ -586,31 +586,31 @@ def shape_as_written(obstacle: Obstacle) -> dict[str, dict[str, Any]]:
 def _obstacle(entry: Entry, size: tuple[float, float] | None) -> Obstacle:
     check_keys(entry, Shape)
     if len(entry.value) != 1:
-        raise entry.error("a shape is one of disc, rectangle and polygon")
+        raise entry.error("a shape needs exactly one of disc, rectangle and polygon")
     (kind,) = entry.value
     mistakes = Mistakes()
     shape = read_values(Shape, entry, mistakes)
     mistakes.check()
     obstacle: Obstacle = shape[kind].obstacle
     if is_arena(obstacle) and velocity_of(obstacle):
-        raise entry.child(kind).error("an arena does not move: it has no velocity")
+        raise entry.child(kind).error("an arena cannot move: remove velocity")
     if size and not _meets(obstacle, *size):
         width, height = size
         raise entry.child(kind).error(
-            f"the {kind} lies outside the world, which is {width:g} x {height:g}"
+            f"the {kind} is outside the world, which is {width:g} x {height:g}"
         )
     return obstacle
 
 
 def _box(obstacle: Obstacle) -> Row:
-    """Return the rectangle around a polygon; a disc or a rectangle itself."""
+    """Return the bounding rectangle of a polygon; a disc or a rectangle unchanged."""
     return box_of(obstacle) if isinstance(obstacle, Polygon) else obstacle[:5]
 
 
 def _meets(obstacle: Obstacle, width: float, height: float) -> bool:
-    """Return whether a part of an obstacle lies within the world.
+    """Return whether a part of an obstacle is within the world.
 
-    For a polygon the rectangle around it counts. False for numbers that are not finite.
+    A polygon counts as the bounding rectangle. False for numbers that are not finite.
     """
     x, y, half_width, half_height, disc = _box(obstacle)
     beside = max(-x, x - width, 0.0)
@@ -632,10 +632,10 @@ def _pictured(entry: Entry, folder: Path) -> OwnMap:
 
 
 def _ros(entry: Entry, folder: Path) -> OwnMap:
-    """Return a map as ROS's map_server reads it in trinary mode.
+    """Return a ROS map, read as map_server does in trinary mode.
 
     Unknown pixels count as free. The key `origin` is not used: the origin of a world is
-    the corner of its map.
+    the corner of the map.
     """
     path = folder / read_section(RosMap, entry).ros
     try:
@@ -650,7 +650,7 @@ def _ros(entry: Entry, folder: Path) -> OwnMap:
     for key in ("image", "resolution"):
         if not isinstance(root.value, dict) or key not in root.value:
             raise entry.child("ros").error(
-                f'"{path.name}" is no ROS map: it has no key "{key}"'
+                f'"{path.name}" is not a ROS map: the key "{key}" is missing'
             )
     mode = root.get("mode")
     threshold = root.get("occupied_thresh")
@@ -679,7 +679,7 @@ def _of_pixels(entry: Entry, occupied: NDArray[np.bool_], resolution: float) -> 
     if len(obstacles) > MOST_SHAPES:
         message = (
             f"needs {len(obstacles):,} rectangles;"
-            f" at most {MOST_SHAPES:,} are allowed: make it coarser"
+            f" at most {MOST_SHAPES:,} are allowed: use a coarser image"
         )
         raise entry.error(f'the image "{entry.value}" {message}')
     rows, columns = occupied.shape

@@ -1,6 +1,6 @@
 """All mistakes of a spec in one error.
 
-A mistake at one place does not hide a mistake at another.
+A mistake in one key does not hide a mistake in a different key.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -39,9 +39,9 @@ class Mistakes:
             self._noted += error.mistakes
 
     def note_common(self, several: "Sequence[Mistakes]") -> None:
-        """Note the mistakes that all of several readings have at one place.
+        """Note mistakes at places where each of several readings has a mistake.
 
-        The message is that of the first reading.
+        The messages come from the first reading.
         """
         first, *further = several
         places = [{mistake.place for mistake in each._noted} for each in further]
@@ -54,7 +54,7 @@ class Mistakes:
     def read(
         self, reader: Callable[P, T], *arguments: P.args, **named: P.kwargs
     ) -> T | None:
-        """Return the result of `reader`, or None after noting its SpecError."""
+        """Return the result of `reader`, or None after a SpecError, which is noted."""
         with self.noted():
             return reader(*arguments, **named)
         return None

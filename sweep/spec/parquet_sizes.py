@@ -1,8 +1,8 @@
-"""Sizes of unpacked parquet files, from the heads of their pages.
+"""Sizes of unpacked parquet files, from the headers of pages.
 
-The footer of a file may claim less than its pages have. A page is unpacked to the size
-in its own head and no further, so these sizes are true. Format:
-https://github.com/apache/parquet-format, heads in Thrift's compact protocol.
+The footer of a file may claim less than the pages contain. A page unpacks to at most
+the size in the header of the page, so the sizes in headers are reliable. Format:
+https://github.com/apache/parquet-format, headers in Thrift's compact protocol.
 """
 
 import struct
@@ -11,27 +11,27 @@ from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 MOST_FOOTER = 10_000_000
-"""Bytes. A byte of the footer may take a few hundred bytes of memory when read."""
+"""Bytes. A byte of the footer may need a few hundred bytes of memory after reading."""
 MOST_HEAD = 100_000
-"""Bytes of the head of a page, whose statistics may hold two long texts."""
+"""Bytes of the header of a page, whose statistics may contain two long strings."""
 MOST_PAGES = 1_000_000
 MAGIC = b"PAR1"
 DELTA_BYTE_ARRAY = 7
-"""Encoding that stores only how each text differs from the one before.
+"""Encoding that stores the difference of each string from the string before.
 
-A few bytes then unpack to any number of long texts.
+A few bytes then unpack to any number of long strings.
 """
 
 Head = dict[int, Any]
-"""Values of a Thrift struct by the numbers of their fields."""
+"""Values of a Thrift struct by the numbers of the fields."""
 
 
 class PagesError(ValueError):
-    """The reason why a parquet file is not unpacked."""
+    """A parquet file that is not unpacked, with the reason."""
 
 
 class Unpacked(NamedTuple):
-    """The size of unpacked pages in bytes, and their number of values."""
+    """The size of unpacked pages in bytes, and the number of values."""
 
     size: int
     values: int
@@ -43,15 +43,13 @@ def check_footer(path: Path) -> None:
         stream.seek(-min(8, path.stat().st_size), 2)
         end = stream.read(8)
     if len(end) < 8 or end[4:] != MAGIC:
-        raise PagesError("is no parquet file, or its end is missing")
+        raise PagesError("is not a parquet file, or the end of the file is missing")
     if struct.unpack("<I", end[:4])[0] > MOST_FOOTER:
         raise PagesError(f"has a footer of more than {MOST_FOOTER:,} bytes")
 
 
 def unpacked(path: Path, metadata: Any, columns: Collection[str]) -> Unpacked:
-    """Return the size of some columns of a file when unpacked.
-
-    Nothing is unpacked.
+    """Return the size of some columns of a file after unpacking, without unpacking.
 
     Parameters
     ----------
@@ -67,7 +65,7 @@ def unpacked(path: Path, metadata: Any, columns: Collection[str]) -> Unpacked:
     Raises
     ------
     PagesError
-        If pages do not keep the format, are too many, or hold texts as deltas.
+        If pages violate the format, are too many, or contain strings as deltas.
     OSError
         If the file cannot be read.
     """
@@ -89,7 +87,7 @@ def unpacked(path: Path, metadata: Any, columns: Collection[str]) -> Unpacked:
 
 
 def _extent(chunk: Any) -> tuple[int, int]:
-    """Return where the pages of a column begin and end, as pyarrow computes it."""
+    """Return the first and last byte of the pages of a column, as pyarrow does."""
     first = chunk.data_page_offset
     if chunk.has_dictionary_page and 0 < chunk.dictionary_page_offset < first:
         first = chunk.dictionary_page_offset
@@ -97,27 +95,27 @@ def _extent(chunk: Any) -> tuple[int, int]:
 
 
 def _page(stream: BinaryIO, first: int) -> tuple[Head, int]:
-    """Return the head of the page at `first`, and where the next page begins."""
+    """Return the header of the page at `first`, and the position of the next page."""
     stream.seek(first)
     reader = _ThriftReader(stream.read(MOST_HEAD))
     try:
         head = reader.struct()
         sizes = head[2], head[3]
     except (IndexError, KeyError, RecursionError):
-        raise PagesError("has a page without a head that can be read") from None
+        raise PagesError("has a page without a readable header") from None
     if not all(isinstance(size, int) and size >= 0 for size in sizes):
         raise PagesError("has a page of a negative size")
     return head, first + reader.place + head[3]
 
 
 def _values(head: Head) -> int:
-    """Return the number of values of a data page, in either format, or dictionary."""
+    """Return the number of values of a data page (two formats) or a dictionary page."""
     count = 0
     for kind, encoding in ((5, 2), (7, 2), (8, 4)):
         description = head.get(kind)
         if isinstance(description, dict):
             if description.get(encoding) in (DELTA_BYTE_ARRAY, None):
-                raise PagesError("holds texts as deltas, which may grow without bound")
+                raise PagesError("has strings as deltas, which may grow without bound")
             count += abs(int(description.get(1) or 0))
     return count
 
@@ -125,7 +123,7 @@ def _values(head: Head) -> int:
 class _ThriftReader:
     """A reader of a struct in Thrift's compact protocol.
 
-    Raises IndexError for bytes that are no such struct.
+    Raises IndexError for bytes that are not such a struct.
     """
 
     def __init__(self, content: bytes) -> None:
@@ -144,11 +142,11 @@ class _ThriftReader:
         return values
 
     def _value(self, kind: int) -> Any:
-        if kind in (1, 2):  # a truth is its own kind
+        if kind in (1, 2):  # true and false are kinds without a value
             return kind == 1
         if kind == 3:
             return self._byte()
-        if kind == 5:  # of 32 bits, as all numbers that count here
+        if kind == 5:  # 32 bits, as all numbers that are used here
             return self._signed()
         if kind in (4, 6):
             self._signed()
@@ -160,7 +158,7 @@ class _ThriftReader:
         elif kind == 12:
             return self.struct()
         else:
-            # Lists and maps stand in no head of a page.
+            # A header of a page contains no lists and no maps.
             raise IndexError
         return None
 

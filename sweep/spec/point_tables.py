@@ -1,7 +1,7 @@
 """Points read from a table, CSV or parquet.
 
-Files may be untrusted. A small parquet file can hold a huge table, and a line of commas
-a million columns. The sizes are therefore checked before anything is read.
+Files may be untrusted. A small parquet file can contain a huge table, and a line of
+commas a million columns. The sizes are therefore checked before any value is read.
 """
 
 from collections.abc import Callable
@@ -15,7 +15,7 @@ from sweep.spec.settings import NotAllowedError, Setting, Values
 from sweep.text import unknown
 
 TABLE = "table"
-"""Name in the place of a sampler for an axis that is read from a table."""
+"""Value of `sample` for an axis that is read from a table."""
 MOST_BYTES = 1_000_000_000
 MOST_COLUMNS = 10_000
 MOST_HEAD = 1_000_000
@@ -38,14 +38,14 @@ def read_table(
     ----------
     axis : Entry
     settings : dict
-        Settings of the study by name.
+        Parameters of the study by name.
     folder : Path
-        The path of the file is relative to it.
+        The path of the file is relative to this folder.
 
     Returns
     -------
     dict
-        Values by setting, (rows,) each.
+        Values by parameter, (rows,) each.
 
     Raises
     ------
@@ -57,7 +57,7 @@ def read_table(
     sources: dict[str, str] = {}
     for setting, column, entry in _selected_columns(axis, names):
         if setting not in settings:
-            raise entry.error(unknown("setting", setting, settings))
+            raise entry.error(unknown("parameter", setting, settings))
         if column not in names:
             raise entry.error(unknown(f"column of {file.value}", column, names))
         if setting in sources:
@@ -71,7 +71,7 @@ def read_table(
 
 
 def _selected_columns(axis: Entry, names: list[str]) -> list[tuple[str, str, Entry]]:
-    """Return the setting, the column and the entry in the spec of each column to read.
+    """Return the parameter, the column and the spec entry of each column to read.
 
     Without `columns` all columns are read.
     """
@@ -84,7 +84,7 @@ def _selected_columns(axis: Entry, names: list[str]) -> list[tuple[str, str, Ent
 
 
 def _open(file: Entry, path: Path) -> tuple[list[str], Reader]:
-    """Return the names of the columns of the file, and a reader of some of them."""
+    """Return the names of the columns of the file, and a reader of columns."""
     openers = {".csv": _open_csv, ".parquet": _open_parquet}
     if path.suffix not in openers:
         raise file.error(f'"{file.value}" is neither a .csv nor a .parquet file')
@@ -103,7 +103,7 @@ def _read(file: Entry, read: Reader, columns: list[str]) -> Any:
 
 
 def _legibly(file: Entry, look: Callable[[], T]) -> T:
-    """Return the result of `look`. Raise SpecError if it cannot read the file."""
+    """Return the result of `look`. Raise SpecError for an unreadable file."""
     import pyarrow as pa
 
     try:
@@ -111,7 +111,7 @@ def _legibly(file: Entry, look: Callable[[], T]) -> T:
     except PagesError as error:
         raise file.error(f'"{file.value}" {error}') from None
     except UnicodeDecodeError:
-        raise file.error(f'"{file.value}" is not a text in UTF-8') from None
+        raise file.error(f'"{file.value}" is not UTF-8 text') from None
     except (OSError, pa.ArrowException) as error:
         raise file.error(
             f'"{file.value}" cannot be read: {str(error).splitlines()[0]}'
@@ -126,20 +126,20 @@ def _open_csv(file: Entry, path: Path) -> tuple[list[str], Reader]:
         if len(head) > MOST_HEAD or head.count(b",") >= MOST_COLUMNS:
             raise file.error(
                 f'"{file.value}" has a first line that is too long; at most'
-                f" {MOST_COLUMNS:,} columns"
+                f" {MOST_COLUMNS:,} columns are allowed"
             )
         lines = 0
         while block := stream.read(BLOCK):
-            # Each of these two signs may end a line.
+            # Each of these two characters may end a line.
             lines += max(block.count(b"\n"), block.count(b"\r"))
         _check_rows(file, lines)
         stream.seek(0)
         names = csv.open_csv(stream).schema.names
 
     def read(columns: list[str]) -> Any:
-        """Return the value of an entry. Raise SpecError if it is not allowed."""
+        """Return the table of some columns. Raise SpecError if it is too large."""
         check_cells(file, lines, len(columns))
-        # A table of cells of one sign each takes eight times the bytes of its file.
+        # A table of cells of one character takes eight times the bytes of the file.
         options = csv.ConvertOptions(include_columns=columns)
         with path.open("rb") as stream:
             table = csv.read_csv(stream, convert_options=options)
@@ -152,8 +152,8 @@ def _open_csv(file: Entry, path: Path) -> tuple[list[str], Reader]:
 def _open_parquet(file: Entry, path: Path) -> tuple[list[str], Reader]:
     from pyarrow import parquet
 
-    # A short footer cannot list many columns. Without this limit one that says it does
-    # would take memory for them.
+    # A short footer cannot list many columns. Without this limit a false number of
+    # columns in the footer would take memory.
     limits = {"thrift_container_size_limit": 2 * MOST_COLUMNS}
     check_footer(path)
     with parquet.ParquetFile(path, **limits) as opened:
@@ -169,15 +169,15 @@ def _open_parquet(file: Entry, path: Path) -> tuple[list[str], Reader]:
     _check_rows(file, rows)
 
     def read(columns: list[str]) -> Any:
-        """Return the value of an entry. Raise SpecError if it is not allowed."""
+        """Return the table of some columns. Raise SpecError if it is too large."""
         check_cells(file, rows, len(columns))
         texts = _checked_columns(file, columns, schema)
         if unpacked(path, metadata, columns).size > MOST_BYTES:
             raise file.error(
                 f'"{file.value}" unpacks to more than {MOST_BYTES:,} bytes'
             )
-        # Equal texts are kept once: ten million copies of a long one would fill the
-        # memory.
+        # Equal strings are kept once: ten million copies of a long string would fill
+        # the memory.
         with parquet.ParquetFile(path, read_dictionary=texts, **limits) as again:
             table = again.read(columns)
         _check_texts(file, table, texts)
@@ -194,10 +194,9 @@ def _check_rows(file: Entry, rows: int) -> None:
 
 
 def _checked_columns(file: Entry, columns: list[str], schema: Any) -> list[str]:
-    """Return the columns that hold texts.
+    """Return the columns of strings.
 
-    Raises SpecError for a column that holds something else than texts, numbers, true
-    and false.
+    Raises SpecError for a column of values that are not strings, numbers or booleans.
     """
     import pyarrow as pa
 
@@ -213,8 +212,8 @@ def _checked_columns(file: Entry, columns: list[str], schema: Any) -> list[str]:
             or pa.types.is_boolean(kind)
         ):
             raise file.error(
-                f'"{file.value}", column "{name}" holds {kind};'
-                " allowed are numbers, texts, true and false"
+                f'"{file.value}", column "{name}" has the type {kind};'
+                " allowed: numbers, strings, true and false"
             )
     return texts
 
@@ -227,7 +226,7 @@ def _check_texts(file: Entry, table: Any, texts: list[str]) -> None:
             longest = pc.max(pc.binary_length(chunk.dictionary)).as_py() or 0
             if longest > MOST_TEXT:
                 raise file.error(
-                    f'"{file.value}", column "{name}" has a text of more than'
+                    f'"{file.value}", column "{name}" has a string of more than'
                     f" {MOST_TEXT:,} characters"
                 )
 

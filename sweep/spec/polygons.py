@@ -1,7 +1,7 @@
-"""Polygons of a spec: their vertices, whose sides may not cross.
+"""Polygons of a spec, given by vertices, with sides that do not cross.
 
-A library of geometry would answer with the point where sides cross. A user needs the
-numbers of the sides, so they are found here, in twenty lines.
+Geometry libraries report the crossing point. A user needs the numbers of the crossing
+sides, so this module finds the numbers.
 """
 
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ MOST_VERTICES = 1000
 INSIDE = "inside"
 OUTSIDE = "outside"
 MOST_NUMBER = 10**15
-"""Largest coordinate. The square of a larger one may overflow."""
+"""Largest coordinate. The square of a larger coordinate may overflow."""
 NUMBER = Number(least=-MOST_NUMBER, most=MOST_NUMBER)
 
 Floats = NDArray[np.float64]
@@ -42,11 +42,11 @@ class Pair(Content[Point]):
 
     @property
     def words(self) -> str:
-        """The allowed values, in words."""
+        """The allowed values in words."""
         return "[x, y]"
 
     def read(self, entry: Entry) -> Point:
-        """Return the value of an entry. Raise SpecError if it is not allowed."""
+        """Return the pair of an entry, or raise SpecError for a wrong value."""
         if not isinstance(entry.value, list) or len(entry.value) != 2:
             raise entry.expected(self.words)
         x, y = (NUMBER.read(coordinate) for coordinate in entry.entries())
@@ -71,15 +71,15 @@ PAIR = Pair()
 
 @dataclass(frozen=True)
 class Vertices(Content[tuple[Point, ...]]):
-    """The vertices of a polygon, in their order around it."""
+    """The vertices of a polygon, in the order of the sides."""
 
     @property
     def words(self) -> str:
-        """The allowed values, in words."""
+        """The allowed values in words."""
         return f"a list of {LEAST_VERTICES} to {MOST_VERTICES} vertices [x, y]"
 
     def read(self, entry: Entry) -> tuple[Point, ...]:
-        """Return the value of an entry. Raise SpecError if it is not allowed."""
+        """Return the vertices of an entry, or raise SpecError for a wrong value."""
         listed = entry.entries()
         if not LEAST_VERTICES <= len(listed) <= MOST_VERTICES:
             length = f"a list of {len(listed)}"
@@ -103,18 +103,18 @@ class Vertices(Content[tuple[Point, ...]]):
         return [list(vertex) for vertex in value]
 
 
-VELOCITY = Key(PAIR, "[x, y], length/time", otherwise="obstacle_speed")
+VELOCITY = Key(PAIR, "velocity, length/time", otherwise="obstacle_speed")
 
 
 @dataclass(frozen=True)
 class VertexPolygon:
-    """An obstacle of any shape as a spec writes it."""
+    """An obstacle of any shape in the form of a spec."""
 
     vertices: Annotated[
         tuple[Point, ...],
         Key(
             Vertices(),
-            "in their order round the polygon, in either direction",
+            "vertices in the order round the polygon, in either direction",
             example="[[0, 0], [4, 0], [2, 3]]",
         ),
     ]
@@ -122,7 +122,8 @@ class VertexPolygon:
         str,
         Key(
             OneOf("side", [INSIDE, OUTSIDE]),
-            "inside: an obstacle; outside: an arena, in which boids are to be",
+            "inside: an obstacle. outside: an arena, where all space outside of the"
+            " polygon is solid",
         ),
     ] = INSIDE
     velocity: Annotated[Point | None, VELOCITY] = None
@@ -134,7 +135,7 @@ class VertexPolygon:
 
 
 def polygon_as_written(polygon: Polygon) -> dict[str, Any]:
-    """Return a polygon as a spec writes it."""
+    """Return a polygon in the form of a spec."""
     keys: dict[str, Any] = {"vertices": [list(vertex) for vertex in polygon.vertices]}
     if polygon.is_arena:
         keys["solid"] = OUTSIDE
@@ -146,7 +147,7 @@ def polygon_as_written(polygon: Polygon) -> dict[str, Any]:
 def polygon_from_json(stored: Any) -> Polygon:
     """Return the polygon that `polygon_as_written` wrote.
 
-    Raises ValueError, with the mistake, for anything else.
+    Raises ValueError, with the mistake, for all other values.
     """
     try:
         rows = np.array(stored["vertices"], np.float64).reshape(-1, 2)
@@ -164,8 +165,8 @@ def polygon_from_json(stored: Any) -> Polygon:
     small = all(abs(number) <= MOST_NUMBER for number in numbers)
     if not small or solid not in (INSIDE, OUTSIDE) or (velocity and solid == OUTSIDE):
         raise ValueError(
-            f"a polygon has numbers beyond {MOST_NUMBER:g}, is solid neither"
-            f" {INSIDE} nor {OUTSIDE}, or is an arena with a velocity"
+            f"a polygon has numbers beyond {MOST_NUMBER:g}, a value of solid that is"
+            f" neither {INSIDE} nor {OUTSIDE}, or is an arena with a velocity"
         )
     if flaw := flaw_of(vertices):
         raise ValueError(f"a polygon has {flaw}")
@@ -173,10 +174,7 @@ def polygon_from_json(stored: Any) -> Polygon:
 
 
 def flaw_of(vertices: tuple[Point, ...]) -> str:
-    """Return in words why finite vertices are not a polygon.
-
-    "" if they are a polygon.
-    """
+    """Return in words why finite vertices are not a polygon; "" for a polygon."""
     x, y = np.array(vertices, np.float64).T
     sides = Segments(x, y, np.roll(x, -1), np.roll(y, -1))
     along_x = sides.bx - x
@@ -185,12 +183,12 @@ def flaw_of(vertices: tuple[Point, ...]) -> str:
     if still.size:
         return f"a side of length 0: {_words(vertices, int(still[0]))}"
     if not _turn(x[0], y[0], x[1], y[1], x=x, y=y).any():
-        return "the area 0: all vertices lie on one line"
+        return "the area 0: all vertices are on one line"
     for i in range(len(vertices) - 1):
         side = Segments(*(float(part[i]) for part in sides))
         later = Segments(*(part[i + 1 :] for part in sides))
         met = _meet(side, later)
-        # Segments that follow each other share a vertex, and may share no more.
+        # Consecutive segments share a vertex, and may not share a further point.
         met[0] = _folds(along_x, along_y, i, i + 1)
         if i == 0:
             met[-1] = _folds(along_x, along_y, len(vertices) - 1, 0)
@@ -210,22 +208,22 @@ def _words(vertices: tuple[Point, ...], k: int) -> str:
 
 
 def _turn(ax: Any, ay: Any, bx: Any, by: Any, x: Any, y: Any) -> Any:
-    """Return twice the area of triangles.
+    """Return twice the signed area of triangles.
 
-    It is positive if (x, y) is left of the line from a to b.
+    The area is positive if (x, y) is left of the line from a to b.
     """
     return (bx - ax) * (y - ay) - (by - ay) * (x - ax)
 
 
 def _folds(along_x: Floats, along_y: Floats, first: int, second: int) -> bool:
-    """Return whether the side `second` folds back onto the side `first` before it."""
+    """Return whether the side `second` folds back onto the preceding side `first`."""
     turn = along_x[first] * along_y[second] - along_y[first] * along_x[second]
     onward = along_x[first] * along_x[second] + along_y[first] * along_y[second]
     return bool(turn == 0.0 and onward < 0.0)
 
 
 def _meet(side: Segments, many: Segments) -> NDArray[np.bool_]:
-    """Return for many sides whether they have a point in common with one side."""
+    """Return, for many sides, whether the side has a point in common with `side`."""
     from_side = [
         np.sign(_turn(*side, x, y)) for x, y in ((many.ax, many.ay), (many.bx, many.by))
     ]

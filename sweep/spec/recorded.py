@@ -1,4 +1,4 @@
-"""Names of metrics in a spec, and of the columns of trials that hold them."""
+"""Names of metrics in a spec, and of the columns of trials with metrics."""
 
 from collections.abc import Collection, Iterable
 from typing import Literal, NamedTuple, get_args
@@ -38,7 +38,7 @@ class Column(NamedTuple):
 
 
 def columns_of(metrics: Iterable[str]) -> list[str]:
-    """Return the names of both columns of each metric."""
+    """Return the names of the two columns of each metric."""
     return [str(Column(name, half)) for name in metrics for half in (False, True)]
 
 
@@ -49,8 +49,8 @@ Over = Literal["last", "half"]
 def is_half(over: str, half: bool = False) -> bool:
     """Return whether means over the second half are selected.
 
-    `over` selects them, or `half`, the argument of versions up to 0.18. Raises
-    ChoiceError for an unknown `over`.
+    `over` selects the means, and so does `half`, the argument of versions up to 0.18.
+    Raises ChoiceError for an unknown `over`.
     """
     if over not in (allowed := get_args(Over)):
         raise ChoiceError(unknown("value of over", over, allowed))
@@ -60,8 +60,9 @@ def is_half(over: str, half: bool = False) -> bool:
 def column_over(metric: str, over: str) -> str:
     """Return the column of a metric.
 
-    Over "half" it is the column of its mean over the second half. Over "last" it is the
-    column of that name, so `speed_mean` stays. A direction, as in `coverage+`, stays.
+    With `over` "half" the result is the column of the mean over the second half. With
+    "last" the result is `metric`, so `speed_mean` is unchanged. A direction, such as
+    the sign in `coverage+`, is kept.
     """
     if not is_half(over):
         return metric
@@ -77,12 +78,12 @@ def check_recorded(
     Parameters
     ----------
     entry : Entry
-        The error has its line.
+        The error has the line of this entry.
     column : str
     recorded : iterable of str
         Recorded metrics.
     metrics : collection of str
-        All known metrics, for a message that tells how to record one.
+        All known metrics, for a message about the key that records a metric.
     """
     columns = columns_of(recorded)
     if column in metrics and column not in columns:
@@ -96,8 +97,8 @@ def check_recorded(
 def declaration_of(metric: Metric) -> Declaration:
     """Return the declaration of the values of a metric.
 
-    A metric without a distribution is about normal. A mean over frames has the range of
-    the values at frames.
+    A metric without a distribution is treated as normal. A mean over frames has the
+    range of the values at frames.
     """
     return Declaration.of(metric.distribution or "normal", metric.low, metric.high)
 
@@ -105,15 +106,15 @@ def declaration_of(metric: Metric) -> Declaration:
 class KnownMetrics(NamedTuple):
     """The metrics that a spec may name.
 
-    The methods raise SpecError for any other metric.
+    The methods raise SpecError for unknown metrics.
 
     Attributes
     ----------
-    model
+    model : str
         Name of the model.
-    known
-        Catalogue of models and metrics.
-    derived
+    known : Catalogue
+        Models and metrics by name.
+    derived : tuple of str
         Names of the metrics that the spec derives.
     """
 
@@ -123,7 +124,7 @@ class KnownMetrics(NamedTuple):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All names; metrics of parts of the boids are the last."""
+        """All names, with metrics of parts of the boids at the end."""
         model = self.known.models[self.model]
         parts = names_of_parts(model, self.known)
         return (*self.known.metrics, *self.derived, *parts)
@@ -139,7 +140,8 @@ class KnownMetrics(NamedTuple):
     def column(self, entry: Entry) -> str:
         """Return the column that is the key of an entry.
 
-        It is a metric, at the last frame, or `<metric>_mean`, over the second half.
+        The column is a metric, at the last frame, or `<metric>_mean`, over the second
+        half.
         """
         column = Column.read(entry.name)
         metrics = self.known.metrics
@@ -154,7 +156,7 @@ class KnownMetrics(NamedTuple):
         Parameters
         ----------
         entry : Entry
-            The error has its line.
+            The error has the line of this entry.
         name : str
             Name of the metric.
         """
@@ -163,8 +165,8 @@ class KnownMetrics(NamedTuple):
         if metric and (lacking := lacks(models[self.model], metric)):
             having = [each.name for each in models.values() if not lacks(each, metric)]
             raise entry.error(
-                f'metric "{name}" is for models with {lacking}:'
-                f" {', '.join(having) or 'there is none'}"
+                f'metric "{name}" needs a model with {lacking}. Allowed:'
+                f" {', '.join(having) or 'no known model'}"
             )
 
 
@@ -176,19 +178,16 @@ def names_of_parts(model: Model, known: Catalogue) -> list[str]:
 
 
 def lacks(model: Model, metric: Metric) -> str:
-    """Return in words what a model lacks for a metric.
-
-    "" if it lacks nothing.
-    """
+    """Return in words the property that a model lacks for a metric; "" for a match."""
     if metric.potential and not model.pair_potential:
         return "a pair potential"
     return lacks_boids(model, metric)
 
 
 def lacks_boids(model: Model, metric: Metric) -> str:
-    """Return in words the state or the kinds of boids that a model lacks for a metric.
+    """Return in words the state or kinds of boids that a model lacks for a metric.
 
-    "" if it lacks none.
+    "" if the model has all.
     """
     if tuple(model.state)[: len(metric.state)] != metric.state:
         return f"the state {', '.join(metric.state)}"

@@ -1,4 +1,4 @@
-"""How many trials a point gets: a number, or one for each listed seed."""
+"""Number of trials per point: a number, or one trial per listed seed."""
 
 from typing import NamedTuple
 
@@ -8,18 +8,18 @@ from sweep.spec.limits import MOST_TRIALS
 from sweep.spec.schema_parts import Schema, one_of
 
 TRIALS = Whole(1, MOST_TRIALS)
-SEEDS = ListOf(Whole(0), "whole numbers from 0")
+SEEDS = ListOf(Whole(0), "integers from 0")
 
 
 class Replication(NamedTuple):
-    """The trials of a point: at most one of both is given.
+    """The trials of a point, by number or by seeds, at most one of the two.
 
     Attributes
     ----------
-    replicates
-        Their number. None where seeds are listed, or where a section of a method under
-        `replicates` says it.
-    seeds
+    replicates : int, optional
+        Number of trials. None if seeds are listed, or if a section of a method under
+        `replicates` decides the number.
+    seeds : tuple of int, optional
         A seed for each trial.
     """
 
@@ -28,13 +28,13 @@ class Replication(NamedTuple):
 
 
 def read_replication(root: Entry) -> Replication:
-    """Return what a spec has under `replicates` or `seeds`. Raises SpecError."""
+    """Return the value of `replicates` or `seeds` of a spec. Raises SpecError."""
     replicates = root.get("replicates")
     seeds = root.get("seeds")
     if (replicates is None) == (seeds is None):
         raise (seeds or root).error(
-            'needs either "replicates" (trials a point) or "seeds" (a list),'
-            " and not both"
+            'needs either "replicates" (trials per point) or "seeds" (a list of seeds),'
+            " not the two together"
         )
     if seeds:
         return Replication(seeds=SEEDS.read(seeds))

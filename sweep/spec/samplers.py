@@ -1,4 +1,4 @@
-"""All samplers of points, by their names in specs."""
+"""All samplers of points, by names in specs."""
 
 from kernels.registry import Registry
 from sweep.spec.sampling import (
@@ -27,7 +27,7 @@ SAMPLERS = Registry(
     },
 )
 ALONE = "random"
-"""Sampler of an axis of one setting, which names no sampler."""
+"""Sampler of an axis of a single parameter, which names no sampler."""
 
 
 def in_blocks() -> list[str]:

@@ -1,7 +1,8 @@
 """Definition of a sampler, and the samplers that draw points one by one.
 
-A sampler fills the unit cube, which has a side per setting. Distributions stretch the
-sides. To add a sampler, write a function and enter it in `sweep.spec.samplers`.
+A sampler draws points of the unit cube, which has a side per parameter. Distributions
+stretch the sides. To add a sampler, write a function and an entry of
+`sweep.spec.samplers`.
 """
 
 import math
@@ -18,20 +19,20 @@ from sweep.spec.keys import Key
 from sweep.spec.seeds import address, hashed
 
 Analyses = Literal["sobol", "morris", "ranks"]
-"""Analyses of `sweep.methods.sensitivity` that a sample is made for.
+"""Analyses of `sweep.methods.sensitivity` that need a sample.
 
-Sobol indices, elementary effects, or rank correlations.
+The analyses are Sobol indices, elementary effects (Morris), and rank correlations.
 """
 
 Unit = NDArray[np.float64]
 """Numbers in [0, 1), shape (points,).
 
-In a sample on levels, such as Morris's, 1 is a level too.
+In a sample on levels, such as a Morris sample, 1 is also a level.
 """
 
 
 def generator(seed: int, *names: str) -> Generator:
-    """Return the random numbers of an axis, or of one of its settings."""
+    """Return the random numbers of an axis, or of a parameter of the axis."""
     return default_rng(
         address(seed, "design", *(number for name in names for number in hashed(name)))
     )
@@ -43,20 +44,20 @@ class UnitCube:
 
     Attributes
     ----------
-    points
+    points : int
         Number of points, or of blocks if points come in blocks.
-    names
-        Settings, one per side of the cube.
-    axis
-        Name of the axis; with `seed` it decides the random numbers.
-    seed
+    names : sequence of str
+        Parameters, one per side of the cube.
+    axis : str
+        Name of the axis, which together with `seed` decides the random numbers.
+    seed : int
         Seed of the study.
-    unbounded
-        Settings whose distributions have no ends.
-    size
+    unbounded : collection of str
+        Parameters whose distributions have no bounds.
+    size : int, default 1
         Number of points of a block.
-    levels
-        Number of values of a setting in a grid. None without a grid.
+    levels : int, optional
+        Number of values of a parameter in a grid. None without a grid.
     """
 
     points: int
@@ -68,18 +69,18 @@ class UnitCube:
     levels: int | None = None
 
     def generator(self, *names: str) -> Generator:
-        """Return the random numbers of the axis, or of one of its settings."""
+        """Return the random numbers of the axis, or of a parameter of the axis."""
         return generator(self.seed, self.axis, *names)
 
 
 class BlockSize(NamedTuple):
-    """The number of points of a block: `times` D + `more` for D settings."""
+    """The number of points of a block: `times` D + `more` for D parameters."""
 
     times: int
     more: int
 
     def of(self, settings: int) -> int:
-        """Return the number of points for a number of settings."""
+        """Return the number of points for a number of parameters."""
         return self.times * settings + self.more
 
     def __str__(self) -> str:
@@ -88,20 +89,20 @@ class BlockSize(NamedTuple):
 
 @dataclass(frozen=True)
 class BlockRules:
-    """Rules of a sampler whose points count only together, in blocks.
+    """Rules of a sampler whose points form blocks, each needed as a whole.
 
     Attributes
     ----------
-    words
-        Name of such blocks, in the plural.
-    sizes
-        Sizes that a block can have.
-    read
+    words : str
+        Name of the blocks, in the plural.
+    sizes : tuple of BlockSize
+        Allowed sizes of a block.
+    read : callable
         Returns the size of blocks and the number of levels that an axis selects. The
         number is None without levels.
-    options
+    options : tuple of Key
         Keys of an axis that only this sampler has.
-    leveled
+    leveled : bool, default False
         True if the analysis needs the number of levels.
     """
 
@@ -113,7 +114,7 @@ class BlockRules:
 
 
 class Package(NamedTuple):
-    """An optional package, and how to install it."""
+    """An optional package, and the command that installs the package."""
 
     name: str
     install: str
@@ -125,18 +126,18 @@ class Sampler:
 
     Attributes
     ----------
-    draw
-        Returns a column per setting, in the order of the names, with numbers between 0
-        and 1.
-    text
+    draw : callable
+        Returns a column per parameter, in the order of the names, with numbers between
+        0 and 1.
+    text : str
         Description of the sampler.
-    remark
-        Returns a remark on a number of points, "" for none.
-    blocks
+    remark : callable
+        Returns a remark on a number of points; "" without a remark.
+    blocks : BlockRules, optional
         Rules of a sample whose points come in blocks.
-    analysis
-        The analysis of `sweep.methods.sensitivity` that the sample is made for.
-    package
+    analysis : {"sobol", "morris", "ranks"}, default "ranks"
+        The analysis of `sweep.methods.sensitivity` that uses the sample.
+    package : Package, optional
         Package that the sampler needs.
     """
 
@@ -151,19 +152,19 @@ class Sampler:
 def random(cube: UnitCube) -> list[Unit]:
     """Draw points independently.
 
-    Each setting has its own stream, so that another setting or more points change no
-    value.
+    Each parameter has a separate stream. So an additional parameter or more points
+    change no value.
     """
     return [cube.generator(name).random(cube.points) for name in cube.names]
 
 
 def latin_hypercube(cube: UnitCube) -> list[Unit]:
-    """Draw once in each of `points` equal intervals of every setting.
+    """Draw once in each of `points` equal intervals of every parameter.
 
-    A sample of more points shares none with a smaller one.
+    Samples of different sizes share no points.
     """
-    # As scipy's LatinHypercube, which holds the sample four times: it spawns its
-    # generator.
+    # Equal to scipy's LatinHypercube, which needs four times the memory. That class
+    # spawns the generator.
     (rng,) = cube.generator().spawn(1)
     drawn = rng.uniform(size=(cube.points, len(cube.names)))
     for column in drawn.T:
@@ -176,11 +177,11 @@ def latin_hypercube(cube: UnitCube) -> list[Unit]:
 def sobol(cube: UnitCube) -> list[Unit]:
     """Draw the scrambled Sobol sequence.
 
-    More points continue the sequence. Another setting changes all of it.
+    More points continue the sequence. An additional parameter changes all points.
     """
     from scipy.stats.qmc import Sobol
 
-    # scipy warns of a number that is no power of two, so we take the next one and cut.
+    # scipy warns if the number is not a power of two: draw the next power, and cut.
     sequence = Sobol(d=len(cube.names), seed=cube.generator())
     drawn = sequence.random_base2(math.ceil(math.log2(cube.points)))
     return list(drawn[: cube.points].T)
@@ -189,7 +190,7 @@ def sobol(cube: UnitCube) -> list[Unit]:
 def halton(cube: UnitCube) -> list[Unit]:
     """Draw the scrambled Halton sequence.
 
-    More points continue the sequence. Another setting changes all of it.
+    More points continue the sequence. An additional parameter changes all points.
     """
     from scipy.stats.qmc import Halton
 

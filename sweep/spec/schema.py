@@ -1,7 +1,7 @@
-"""JSON Schema of spec.yaml, from which editors complete names and show their meaning.
+"""JSON Schema of spec.yaml, from which editors complete names and show meanings.
 
-It comes from the descriptions of the keys, see `sweep.spec.keys`. Rules for several
-values, such as expressions, are checked by `sweep.spec.study` alone.
+The schema comes from the descriptions of the keys, see `sweep.spec.keys`. Only
+`sweep.spec.study` checks rules for several values, such as expressions.
 """
 
 import re
@@ -34,7 +34,7 @@ from sweep.spec.schema_settings import each_design, kinds, of_model, sampled
 from sweep.spec.study import sections, spec_parts, study_rules
 
 NO_FILES: Mapping[str, str | None] = {}
-"""No custom file of a spec."""
+"""Default of `files`: a spec without custom files."""
 
 
 def json_schema(
@@ -49,8 +49,8 @@ def json_schema(
     known : Catalogue, optional
         Models, metrics, maps and starts by name; by default the built-in ones.
     files : mapping, optional
-        The model of each custom file whose entries are known, None if it is no model.
-        Keys are the files as the spec names them.
+        The model of each custom file with known entries, None for a file without a
+        model. Keys are the names of the files in the spec.
     samplers : mapping, optional
         Samplers that a sample may have.
     """
@@ -77,7 +77,7 @@ def _is(model: str) -> Schema:
 
 
 def _definitions(known: Catalogue, samplers: Mapping[str, Sampler]) -> Schema:
-    """Return the schemas that others refer to by name."""
+    """Return the schemas to which references refer by name."""
     models = {
         name: part
         for model in known.models
@@ -115,7 +115,7 @@ def _of_parts(known: Catalogue) -> str:
 
 
 def _forms(samplers: Mapping[str, Sampler]) -> Schema:
-    """Return the schemas of axes, members and ranges, for any setting."""
+    """Return the schemas of axes, members and ranges, for any parameter."""
     number: Schema = {"type": "number"}
     grid = {
         "type": "array",
@@ -173,7 +173,7 @@ def _axis(grids: Schema, drawn: Schema) -> Schema:
 
 
 def _other_code(files: Iterable[str]) -> Schema:
-    """Return the schema of custom code that is none of these files."""
+    """Return the schema of custom code outside of some files."""
     return {"allOf": [OWN_CODE, {"not": {"enum": list(files)}}]} if files else OWN_CODE
 
 
@@ -182,7 +182,7 @@ def _other_model(files: Iterable[str]) -> Schema:
 
 
 def _known_maps(files: Iterable[str]) -> Schema:
-    """Return the rule that a study without maps of its own names known maps."""
+    """Return the rule that a study without custom maps names known maps."""
     name = {"anyOf": [reference("built_in_map"), OWN_CODE]}
     swept = {"properties": {"map": {"if": {"type": "array"}, "then": {"items": name}}}}
     return {
@@ -199,8 +199,8 @@ def _known_maps(files: Iterable[str]) -> Schema:
 def _known_metrics(files: Iterable[str]) -> Schema:
     """Return the rule that a study names known metrics.
 
-    The rule does not hold if the study derives metrics, or names a file other than
-    these, which may bring more.
+    The rule does not apply if the study derives metrics, or names a further file, which
+    may define metrics.
     """
     lists = [
         {"properties": {name: {"contains": _other_code(files)}}, "required": [name]}

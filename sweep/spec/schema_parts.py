@@ -1,8 +1,8 @@
-"""Parts of a JSON Schema of draft 07: many editors know no later draft.
+"""Parts of a JSON Schema of draft 07, the latest draft that many editors know.
 
-In draft 07 all keys beside a `$ref` are ignored. A reference and other keys therefore
-go into an `allOf`. Names in `patternProperties` are checked; editors suggest names in
-`properties` too.
+Draft 07 ignores all keys next to a `$ref`. A reference with further keys therefore
+needs an `allOf`. Names in `patternProperties` are only checked. Editors also suggest
+names in `properties`.
 """
 
 from collections.abc import Iterable, Mapping
@@ -29,15 +29,15 @@ def reference(name: str) -> Schema:
 OWN_CODE_FORM: Schema = {
     "type": "string",
     "pattern": r"^(\.{1,2}/.+\.py(:\w+)?|[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:\w+)$",
-    "description": "a file beside the spec, ./FILE.py or ./FILE.py:NAME, or a module of"
-    " an installed package, PACKAGE.MODULE:NAME",
+    "description": "a file next to the spec, ./FILE.py or ./FILE.py:NAME, or a module"
+    " of an installed package, PACKAGE.MODULE:NAME",
 }
 OWN_CODE = reference("own_code")
-"""Custom code in the place of a name: code that offers an entry."""
+"""Custom code instead of a name: code that defines an entry."""
 
 
 def mapping(properties: Mapping[str, Any], required: Iterable[str] = ()) -> Schema:
-    """Return the schema of a mapping, not empty, with these keys and no others."""
+    """Return the schema of a mapping, not empty, with only the given keys."""
     must = {"required": list(required)} if required else {}
     keys = {"properties": dict(properties)} if properties else {}
     closed = {"additionalProperties": False, "minProperties": 1}
@@ -45,7 +45,7 @@ def mapping(properties: Mapping[str, Any], required: Iterable[str] = ()) -> Sche
 
 
 def named(value: Schema, names: Schema | None = None) -> Schema:
-    """Return the schema of a mapping, not empty, from names to such values."""
+    """Return the schema of a mapping, not empty, from names to values."""
     only = {"propertyNames": names} if names else {}
     return {"type": "object", **only, "additionalProperties": value, "minProperties": 1}
 
@@ -56,12 +56,12 @@ def listed(items: Schema) -> Schema:
 
 
 def one_of(keys: Iterable[str]) -> Schema:
-    """Return the schema of a mapping with exactly one of these keys."""
+    """Return the schema of a mapping with exactly one of the keys."""
     return {"oneOf": [{"required": [key]} for key in keys]}
 
 
 def choices(entries: Mapping[str, Described]) -> Schema:
-    """Return the schema of a name of an entry, with the text of each."""
+    """Return the schema of a name of an entry, with the texts of the entries."""
     return {
         "oneOf": [
             {"const": name, "description": entry.text}
@@ -71,5 +71,5 @@ def choices(entries: Mapping[str, Described]) -> Schema:
 
 
 def any_of(names: Iterable[str]) -> str:
-    """Return the pattern that matches these names."""
+    """Return the pattern that matches the names."""
     return f"^({'|'.join(names)})$"

@@ -1,9 +1,13 @@
-"""Settings of models in the JSON Schema of a spec, each defined once.
+"""Parameters of models in the JSON Schema of a spec, each defined once.
 
-Settings of all models share a few kinds, such as "a number from 0". The schema has
-three separate parts: the values that a kind allows, for one value and for several; the
-forms of axes, in `sweep.spec.schema`; and the meaning of each setting of a model. The
-schema of a `sweep` or a `zip` combines them.
+Parameters of all models share a few kinds, such as "a number from 0". The schema has
+three separate parts:
+
+- the values that a kind allows, for a single value and for several values
+- the forms of axes, in `sweep.spec.schema`
+- the meaning of each parameter of a model
+
+The schema of a `sweep` or a `zip` combines the three parts.
 """
 
 import math
@@ -50,9 +54,9 @@ TYPES = {"float": "number", "int": "integer", "bool": "boolean"}
 
 
 def kinds(known: Catalogue) -> Schema:
-    """Return the schema of one value of each kind of setting, by its name.
+    """Return the schema of a value of each kind of parameter, by name of the kind.
 
-    `each.` before the name has the schema of several values.
+    The name with the prefix `each.` has the schema of several values.
     """
     settings = [
         setting
@@ -65,7 +69,7 @@ def kinds(known: Catalogue) -> Schema:
 
 
 def _kind(setting: Setting) -> str:
-    """Return the name of the values that a setting allows, whatever its unit."""
+    """Return the name of the allowed values of a parameter, without the unit."""
     if setting.name == "map" or setting.kind == "places":
         return "map" if setting.name == "map" else setting.kind
     return replace(setting, unit="").allowed().replace(" ", "_")
@@ -90,14 +94,14 @@ def _value(setting: Setting) -> Schema:
 
 
 def _each(value: Schema) -> Schema:
-    """Return the schema of values in a list, or in an axis that lists them."""
+    """Return the schema of values in a list, or in an axis with a list."""
     items = {"items": value}
     lists = [name for name, each in DISTRIBUTIONS.items() if each.kind == "listed"]
     return items | {"patternProperties": {any_of(["values", *lists]): items}}
 
 
 def of_model(model: str, known: Catalogue) -> Schema:
-    """Return the definitions of a model: settings, axes, and additions to a spec."""
+    """Return the definitions of a model: parameters, axes, and additions to a spec."""
     settings = settings_of(model, known).of_study(())
     presets = {
         name: usual_settings(model, name, known) for name in known.models[model].presets
@@ -120,7 +124,7 @@ def of_model(model: str, known: Catalogue) -> Schema:
 
 
 def _by_kind(settings: Mapping[str, Setting]) -> Iterator[tuple[str, Schema]]:
-    """Yield for each kind the pattern of its settings, and the rule of their values."""
+    """Yield the pattern of the parameters and the rule of the values of each kind."""
     names = defaultdict[str, list[str]](list)
     for name, setting in settings.items():
         names[_kind(setting)].append(name)
@@ -129,7 +133,7 @@ def _by_kind(settings: Mapping[str, Setting]) -> Iterator[tuple[str, Schema]]:
 
 
 def _text(setting: Setting, presets: Presets) -> str:
-    """Return the text of a setting for editors: meaning, unit, values of presets."""
+    """Return the text of a parameter for editors: meaning, unit, values of presets."""
     if setting.spread_of:  # 0 in all presets
         return f"{setting.text}."
     values = [f"{name}: {preset[setting.name]}" for name, preset in presets.items()]
@@ -159,18 +163,18 @@ def _spec(model: str, names: Iterable[str], presets: Iterable[str]) -> Schema:
 
 
 def each_design(design: Schema) -> Schema:
-    """Return the rule of a design, for one under `sweep` or for each of several."""
+    """Return the rule of a design under `sweep`, or of each design in a list."""
     return {"if": {"type": "array"}, "then": {"items": design}, "else": design}
 
 
 def _named(names: Iterable[str], value: Schema, keys: Iterable[str] = ()) -> Schema:
-    """Return the schema of a mapping, not empty, from some names or other `keys`."""
+    """Return the schema of a mapping, not empty, from some names or from `keys`."""
     patterns = {"patternProperties": {any_of(names): value}}
     return mapping(dict.fromkeys(keys, True)) | patterns
 
 
 def _written(model: str, names: Iterable[str], form: str) -> Schema:
-    """Return the schema of settings of the model, each written in one form."""
+    """Return the schema of parameters of the model, each written in one form."""
     each = {"allOf": [reference(f"{model}.each")]}
     return _named(names, reference(form)) | each
 
@@ -178,7 +182,8 @@ def _written(model: str, names: Iterable[str], form: str) -> Schema:
 def _swept(model: str, names: Iterable[str], presets: Iterable[str]) -> Schema:
     """Return the schema of the axes of a study.
 
-    An axis of one setting has its name. An axis of several has another name.
+    An axis of one parameter has the name of the parameter. An axis of several
+    parameters has a free name.
     """
     joint = [
         _sampled(model, names),
@@ -205,7 +210,7 @@ def _zipped(model: str, names: Iterable[str]) -> Schema:
 
 
 def _ablation(model: str, presets: Iterable[str]) -> Schema:
-    """Return the schema of an axis to another preset, or to details by name."""
+    """Return the schema of an ablation axis: a second preset, or named components."""
     details = named(reference(f"{model}.settings"))
     other = {
         "anyOf": [{"enum": list(presets)}, details],
@@ -218,7 +223,7 @@ def _ablation(model: str, presets: Iterable[str]) -> Schema:
 def sampled(samplers: Mapping[str, Sampler]) -> Schema:
     """Return the schema of a joint axis drawn by a sampler.
 
-    Some keys belong to some samplers only.
+    Some keys belong only to some samplers.
     """
     none = {key: False for key in _sampled_keys() if key not in SAMPLED}
     plain = [name for name, sampler in samplers.items() if not sampler.blocks]
@@ -240,7 +245,7 @@ SAMPLED = ("sample", "points", *ON_CONDITION)
 
 
 def _sampled_keys() -> Schema:
-    """Return the schemas of the keys of a sampled axis, beside its settings."""
+    """Return the schemas of the keys of a sampled axis, without the parameters."""
     rules = [sampler.blocks for sampler in SAMPLERS.values() if sampler.blocks]
     own = {key.name: key.schema() for blocks in rules for key in blocks.options}
     keys = {"sample": TEXT, "points": POINTS.schema()}

@@ -1,11 +1,15 @@
 """Sections of a spec that methods add, such as `validate`.
 
-A method has its sections in its entry, see `sweep.method`. Each is described once: its
-key, how it is read, what cannot stand beside it, which variants of the study it asks
-for, and what a plan records of it.
+The entry of a method lists the sections of the method, see `sweep.method`. A section is
+described once:
 
-A section stands under its key, or it is the form of a key of the study that is a
-mapping: `replicates` is a number, or the mapping of a method that adds trials.
+- key and content, and the function that reads the value
+- excluded keys
+- variants of the study that the section requests
+- the record of the section in a plan
+
+A section appears under its key, or is the mapping form of a key of the study. For
+example, `replicates` is a number, or the mapping of a method that adds trials.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -25,7 +29,7 @@ from sweep.spec.schema_parts import Schema
 from sweep.spec.settings import Setting, Value, Values
 
 Shape = Any
-"""Shape of a value from JSON, as `sweep.store.regular.fits` compares it."""
+"""Shape of a value from JSON, in the form of `sweep.store.regular.fits`."""
 
 
 class SpecContext(NamedTuple):
@@ -33,29 +37,30 @@ class SpecContext(NamedTuple):
 
     Attributes
     ----------
-    model
+    model : str
         Name of the model.
-    preset
-        Values of the preset, by setting.
-    fixed
-        Values under `fixed`, by setting.
-    maps
-        Maps of the study's own, by name.
-    axes
-        Axes of the spec. None if they are wrong, which hides mistakes that depend on
-        them, and for a section that adds an axis, which is read before them.
-    replication
-        Number of trials per point. None if it is wrong.
-    recorded
-        Recorded metrics, or all known ones if the record is wrong.
-    known
-        Metrics that are known.
-    settings
-        Settings of the study by name.
-    reader
+    preset : mapping
+        Values of the preset, by parameter.
+    fixed : mapping
+        Values under `fixed`, by parameter.
+    maps : mapping
+        Custom maps of the study, by name.
+    axes : sequence of Axis, optional
+        Axes of the spec. None if the axes are wrong, which hides mistakes that depend
+        on axes. Also None for a section that adds an axis, which is read before the
+        axes.
+    replication : Replication, optional
+        Number of trials per point. None if the number is wrong.
+    recorded : sequence of str
+        Recorded metrics, or all known metrics if the record is wrong.
+    known : KnownMetrics
+        Known metrics.
+    settings : mapping
+        Parameters of the study by name.
+    reader : AxisReader
         Reader of axes of the study.
-    taken
-        Place in the spec of each setting that has a value under `fixed` or `derive`.
+    taken : mapping
+        Place in the spec of each parameter with a value under `fixed` or `derive`.
     """
 
     model: str
@@ -72,13 +77,13 @@ class SpecContext(NamedTuple):
 
 
 class SettingValues(NamedTuple):
-    """Values that a section gives a setting, or asks for one after the other.
+    """Values that a section gives to a parameter, or requests in turn.
 
     Attributes
     ----------
-    place
-        Keys of the spec that lead to them.
-    values
+    place : Place
+        Keys of the spec that lead to the values.
+    values : sequence
         The values, or the bounds of a range.
     """
 
@@ -87,16 +92,16 @@ class SettingValues(NamedTuple):
 
 
 class ModelSchemas(NamedTuple):
-    """Schemas of the settings of a model, for the section of a method.
+    """Schemas of the parameters of a model, for the section of a method.
 
     Attributes
     ----------
-    ranges
-        Schema of settings, each with a range.
-    axes
+    ranges : Schema
+        Schema of parameters, each with a range.
+    axes : Schema
         Schema of axes.
-    values
-        Schema of settings, each with a value.
+    values : Schema
+        Schema of parameters, each with a value.
     """
 
     ranges: Schema
@@ -113,11 +118,11 @@ class GrowthRule(Protocol):
 
     @property
     def adds_points(self) -> bool:
-        """True if the rule adds points that no axis has."""
+        """True if the rule adds points outside of the axes."""
 
     @property
     def least(self) -> int:
-        """Number of trials per point at first."""
+        """Initial number of trials per point."""
 
     @property
     def most(self) -> int:
@@ -126,12 +131,12 @@ class GrowthRule(Protocol):
     def most_trials(self, points: int) -> int:
         """Return the largest number of trials of a study.
 
-        `points` is the number of points that the study has at first.
+        `points` is the initial number of points of the study.
         """
 
     @property
     def looks(self) -> tuple[int, ...]:
-        """Numbers of trials after which a point is looked at."""
+        """Numbers of trials per point at which the rule looks at a point."""
 
     @property
     def nominal(self) -> float:
@@ -139,13 +144,13 @@ class GrowthRule(Protocol):
 
     @property
     def counted(self) -> str:
-        """The trials of a spec that are counted, in words."""
+        """The counted trials of a spec, in words."""
 
     @property
     def where(self) -> str:
         """The behaviour of the mean where points are added, in words.
 
-        "" if none are added.
+        "" if the rule adds no points.
         """
 
     @property
@@ -162,14 +167,14 @@ class StudyVariant:
 
     Attributes
     ----------
-    name
-        Its name below the name of the study.
-    words
-        The difference, in words.
-    place
-        Keys of the spec that lead to the request for it.
-    spec
-        Its whole spec.
+    name : str
+        Name of the variant below the name of the study.
+    words : str
+        The difference in words.
+    place : Place
+        Keys of the spec that lead to the request for the variant.
+    spec : dict
+        The whole spec of the variant.
     """
 
     name: str
@@ -196,70 +201,70 @@ class SpecSection:
 
     Attributes
     ----------
-    key
-        The key, with its name and content.
-    form_of
-        The key of a study whose form as a mapping the section is, which has the keys of
-        the section; `key` is then one of them, and names the section. "" if the section
-        appears under `key`.
-    read
+    key : Key
+        The key, with name and content.
+    form_of : str, default ""
+        The key of a study for which the section is the mapping form. The mapping then
+        has the keys of the section, and `key` is one of these keys and names the
+        section. "" if the section appears under `key`.
+    read : callable
         Returns the value of the section, from the root of the spec and from the context
         that the value must suit. Called if the key is given. Raises SpecError.
-    check
+    check : callable
         Raises SpecError if a value does not suit the whole spec. Called when each key
         alone is right.
-    not_beside
-        Keys that cannot appear beside this one, each with the reason, or "".
-    needs
-        Further requirements to a spec with the key, as JSON Schema.
-    check_points
-        Raises SpecError if a value does not suit the number of points that a study has
-        at first, from the study, the value and this number.
-    strategy
+    not_beside : mapping
+        Keys that this key excludes, each with the reason, or "".
+    needs : Schema, optional
+        Further requirements for a spec with the key, as JSON Schema.
+    check_points : callable
+        Raises SpecError if a value does not suit the initial number of points, from the
+        study, the value and this number.
+    strategy : callable, optional
         Returns the strategy of a launch (`sweep.campaigns.strategy`), from the study,
         the value, and the folder of results or None. One section of a spec may have a
         strategy. The value is a `GrowthRule`, unless the section has `stand_in`.
-    stand_in
-        Returns a study of a design whose trials are like those that the strategy asks
-        for, from the study and the value. None if the points of the study are those of
-        its axes.
-    plan
+    stand_in : callable, optional
+        Returns a study of a design with trials similar to the trials that the strategy
+        requests, from the study and the value. None if the axes give the points of the
+        study.
+    plan : callable, optional
         Returns the plan of a study (`sweep.design.plan.StudyPlan`), from the study, the
         number of workers and the seconds of compiling. None for the plan of a design.
-    command
-        Command that runs a study with the section and prints its report.
-    axis
-        Returns an axis that each design of the study begins with, from the root of the
-        spec, the value and the context.
-    setting_values
-        Returns the values that the section gives settings, by setting.
-    columns
-        Returns the columns of trials that are recorded for the section, from its value.
-        Such a section is read before the record: its context has all metrics.
-    columns_under
-        Keys of the section whose content has a key for each of some columns. As
-        `streams` and `model_schema`, it is for a section under a key of its own.
-    streams
-        Kinds of streams that a spec with the section leaves out, by purpose.
-    definitions
-        Returns parts of the schema that a reference names.
-    model_schema
-        Returns what the schema of one model demands of the section.
-    looks_at
+    command : str, default "launch"
+        Command that runs a study with the section and prints the report of the study.
+    axis : callable, optional
+        Returns an axis that comes first in each design of the study, from the root of
+        the spec, the value and the context.
+    setting_values : callable
+        Returns the values that the section gives to parameters, by parameter.
+    columns : callable, optional
+        Returns the columns of trials that are recorded for the section, from the value.
+        A section with columns is read before the record, so that the context has all
+        metrics.
+    columns_under : sequence of str
+        Keys of the section whose content has a key for each of some columns. Like
+        `streams` and `model_schema`, this is for a section with a separate key.
+    streams : mapping
+        Kinds of streams for purposes that a spec with the section does not name.
+    definitions : callable
+        Returns parts of the schema to which a reference refers.
+    model_schema : callable, optional
+        Returns the requirements of the section in the schema of a model.
+    looks_at : callable
         Returns the columns of trials that the strategy looks at, from the record of a
-        plan. The record of a `GrowthRule` has its `confidence` and
-        `nominal_confidence`.
-    variants
+        plan. The record of a `GrowthRule` has `confidence` and `nominal_confidence`.
+    variants : callable
         Returns the variants of a study that a value requests. Raises SpecError.
-    recorded
+    recorded : callable, optional
         Returns the record of a value in a plan, as JSON, from the study and the value.
-        None if nothing is recorded: a stored study then does not know the section,
-        unless the table of what its strategy has asked for describes it.
-    shape
-        Shape of the record. A section with `recorded` and without it is left out.
-    check_recorded
-        Raises ValueError for a record of that shape that is impossible, from the record
-        and all that the plan says of its study.
+        Without a record, a stored study does not know the section, unless the table of
+        requested trials describes the section.
+    shape : Shape
+        Shape of the record. A section with `recorded` and without a shape is left out.
+    check_recorded : callable
+        Raises ValueError for an impossible record of this shape, from the record and
+        the contents of the plan of the study.
     """
 
     key: Key
@@ -288,12 +293,12 @@ class SpecSection:
 
     @property
     def has_own_points(self) -> bool:
-        """True if the strategy asks for points that no axis of the study has."""
+        """True if the strategy requests points outside of the axes of the study."""
         return self.stand_in is not None
 
     @property
     def place(self) -> Place:
-        """Keys in a spec of the section, or of the key that it is a form of."""
+        """Keys of a spec that lead to the section."""
         return (self.form_of, self.key.name) if self.form_of else (self.key.name,)
 
     def is_in(self, root: Entry) -> bool:
@@ -314,7 +319,7 @@ class OrForm(Content[Any]):
 
     @property
     def words(self) -> str:
-        """The allowed values, in words."""
+        """The allowed values in words."""
         if form := self._form:
             return f"{self.plain.words}, or a mapping with `{form.key.name}`"
         return self.plain.words
@@ -333,7 +338,7 @@ class OrForm(Content[Any]):
 
     @property
     def sections(self) -> tuple[type[Any], ...]:
-        """The classes whose keys may appear below this one."""
+        """The classes whose keys may appear below this key."""
         form = self._form
         return form.key.content.sections if form else ()
 
@@ -344,13 +349,13 @@ class OrForm(Content[Any]):
 
 @cache
 def form_of(name: str) -> SpecSection | None:
-    """Return the section that is the form of a key of a study, if there is one."""
+    """Return the section that is a form of a key of a study; None without a section."""
     every = (section for each in methods().values() for section in each.sections())
     return next((section for section in every if section.form_of == name), None)
 
 
 def check_names(kind: str, names: Sequence[str], known: Collection[str]) -> None:
-    """Raise ValueError for a name that is not known, or that appears twice.
+    """Raise ValueError for an unknown name, and for a name that appears twice.
 
     Parameters
     ----------
@@ -363,12 +368,12 @@ def check_names(kind: str, names: Sequence[str], known: Collection[str]) -> None
         if name not in known:
             raise ValueError(f'there is no {kind} "{name}"')
     if len(names) > len(set(names)):
-        raise ValueError(f"a {kind} stands twice")
+        raise ValueError(f"a {kind} is listed twice")
 
 
 def recorded_rule(rule: GrowthRule) -> dict[str, Any]:
     """Return the record of a rule in a plan.
 
-    It has its looks and its confidence at each look.
+    The record has the looks, and the confidence at each look.
     """
     return rule.as_json() | {"looks": rule.looks, "nominal_confidence": rule.nominal}

@@ -1,6 +1,6 @@
 """Random streams, addressed by their purpose.
 
-An extension of a study therefore changes no stream of earlier trials.
+So an extension of a study changes no stream of earlier trials.
 """
 
 import hashlib
@@ -18,13 +18,13 @@ CODES = {
 }
 """Numbers of the purposes of streams.
 
-A number is never reused for another purpose, or the streams of old studies would
+A number is never reused for a new purpose, because the streams of old studies would
 change.
 """
 
 
 def hashed(text: str) -> tuple[int, int]:
-    """Return two numbers of 32 bits from a hash of a text, equal in all processes."""
+    """Return two numbers of 32 bits from a hash of a string, equal in all processes."""
     digest = hashlib.sha256(text.encode()).digest()
     return int.from_bytes(digest[:4], "big"), int.from_bytes(digest[4:8], "big")
 
@@ -32,8 +32,8 @@ def hashed(text: str) -> tuple[int, int]:
 def address(seed: int, purpose: str, *key: int) -> SeedSequence:
     """Return the seed sequence of one stream.
 
-    `purpose` is one of CODES. The numbers of `key`, of 32 bits each, tell streams of
-    the purpose apart.
+    `purpose` is a key of CODES. The numbers of `key`, of 32 bits each, distinguish the
+    streams of the purpose.
     """
     return SeedSequence(seed, spawn_key=(CODES[purpose], *key))
 

@@ -1,4 +1,4 @@
-"""Values of the settings of a study: `fixed`, `sweep`, `derive`; and `require`.
+"""Values of the parameters of a study: `fixed`, `sweep`, `derive`; and `require`.
 
 All functions raise SpecError for values that are not allowed.
 """
@@ -21,15 +21,15 @@ from sweep.text import unknown
 def read_fixed(
     entry: Entry | None, known: dict[str, Setting], keys: Container[str] = ()
 ) -> dict[str, Value]:
-    """Return the settings under `fixed`, each in its own type.
+    """Return the values under `fixed`, each in the type of the parameter.
 
     Parameters
     ----------
     entry : Entry or None
     known : dict
-        Settings by name.
+        Parameters by name.
     keys : container of str, optional
-        Keys of a spec, for a message about a key that is not a setting.
+        Keys of a spec, for a message about a key that is not a parameter.
     """
     fixed: dict[str, Value] = {}
     mistakes = Mistakes()
@@ -54,16 +54,16 @@ def _fixed(
 def read_designs(
     entry: Entry | None, reader: AxisReader, taken: Iterable[str]
 ) -> tuple[Axis, ...]:
-    """Return the axes under `sweep`, of one design or of several in a list.
+    """Return the axes under `sweep`, of a design or of a list of designs.
 
-    Points of several designs are united.
+    The points of several designs are united.
 
     Parameters
     ----------
     entry : Entry or None
     reader : AxisReader
     taken : iterable of str
-        Settings with a value under another key.
+        Parameters with a value under another key.
     """
     if entry is None or not isinstance(entry.value, list):
         return read_axes(entry, reader, taken)
@@ -77,7 +77,7 @@ def read_designs(
             axes += [replace(axis, design=number) for axis in read]
             cells += sum(len(axis) * len(axis.columns) for axis in read)
         if cells > MOST_CELLS:
-            size = f"the designs as far as this one have {cells:,} cells"
+            size = f"the designs up to this design have {cells:,} cells"
             raise child.error(beyond(size, MOST_CELLS))
     mistakes.check()
     return tuple(axes)
@@ -86,40 +86,40 @@ def read_designs(
 def _check_uniting(entry: Entry, axes: Iterable[Axis], earlier: Iterable[Axis]) -> None:
     """Raise SpecError for an axis that cannot be united with other designs.
 
-    Such an axis counts only without points of other designs, or has the name of an
-    earlier axis and other settings.
+    The axis is an ablation axis, a sample of blocks, or has the name of an earlier axis
+    and different parameters.
     """
     names = {axis.name for axis in earlier}
     for axis in axes:
         child = entry.child(axis.name)
         if axis.ablated:
             raise child.error(
-                f'"{axis.name}" ablates, which one design alone can: write it as a'
-                " study of its own"
+                f'"{axis.name}" has ablate, which excludes several designs: write a'
+                " separate study"
             )
         if axis.blocks:
             raise child.error(
-                f'"{axis.name}" is a {axis.sampler} sample, which counts only whole:'
-                " write it as a study of its own"
+                f'"{axis.name}" is a {axis.sampler} sample, which excludes several'
+                " designs: write a separate study"
             )
         if axis.name in names and {axis.name} != axis.columns.keys():
             raise child.error(
-                f'"{axis.name}" is an axis of another design too: an axis of several'
-                " settings needs a name of its own"
+                f'"{axis.name}" is also an axis of another design: an axis of several'
+                " parameters needs a unique name"
             )
 
 
 def read_axes(
     entry: Entry | None, reader: AxisReader, taken: Iterable[str]
 ) -> tuple[Axis, ...]:
-    """Return the axes of one design, in the order of the file.
+    """Return the axes of a design, in the order of the file.
 
     Parameters
     ----------
     entry : Entry or None
     reader : AxisReader
     taken : iterable of str
-        Settings with a value under another key.
+        Parameters with a value under another key.
     """
     entries = dict(entry.mapping()) if entry else {}
     axes = {}
@@ -132,7 +132,7 @@ def read_axes(
             axes[name] = reader.read(name, child)
             cells += len(axes[name]) * len(axes[name].columns)
         if cells > MOST_CELLS:
-            size = f"the axes as far as this one have {cells:,} cells"
+            size = f"the axes up to this axis have {cells:,} cells"
             raise child.error(beyond(size, MOST_CELLS))
     mistakes.check()
     swept = (setting for axis in axes.values() for setting in axis.columns)
@@ -140,7 +140,7 @@ def read_axes(
     ablations = [name for name in entries if name not in axes]
     if len(ablations) > 1:
         raise entries[ablations[1]].error(
-            f'"{ablations[0]}" ablates already: a study has one such axis'
+            f'"{ablations[0]}" already has ablate: a study has at most one such axis'
         )
     axes |= {
         name: read_ablation(name, entries[name], reader, valued) for name in ablations
@@ -151,9 +151,9 @@ def read_axes(
 def read_derive(
     entry: Entry | None, known: dict[str, Setting]
 ) -> dict[str, Expression]:
-    """Return the expressions under `derive` by setting.
+    """Return the expressions under `derive` by parameter.
 
-    Each follows the expressions that it needs.
+    Each expression follows the expressions that it needs.
     """
     unsorted: dict[str, Expression] = {}
     mistakes = Mistakes()
@@ -166,11 +166,11 @@ def read_derive(
 
 def _derived(name: str, entry: Entry, known: dict[str, Setting]) -> Expression:
     if name not in known:
-        raise entry.error(unknown("setting", name, known))
+        raise entry.error(unknown("parameter", name, known))
     if name == "map":
         raise entry.error(
-            "map cannot be derived, as other settings depend on it:"
-            " sweep it with zip or a table"
+            "map cannot be derived, because further parameters depend on the map:"
+            " sweep the map with zip or a table"
         )
     return read_expression(entry, known, KINDS[known[name].kind])
 
@@ -178,7 +178,7 @@ def _derived(name: str, entry: Entry, known: dict[str, Setting]) -> Expression:
 def in_order(entry: Entry, unsorted: Mapping[str, Expression]) -> dict[str, Expression]:
     """Return the expressions under `derive`, sorted.
 
-    Each follows the expressions that it needs.
+    Each expression follows the expressions that it needs.
     """
     ordered: dict[str, Expression] = {}
     while len(ordered) < len(unsorted):
@@ -190,16 +190,16 @@ def in_order(entry: Entry, unsorted: Mapping[str, Expression]) -> dict[str, Expr
         }
         if not ready:
             raise entry.child(next(iter(pending))).error(
-                f"derive goes in a circle: {', '.join(pending)}"
+                f"derive is circular: {', '.join(pending)}"
             )
         ordered |= ready
     return ordered
 
 
 def _read_by(expression: Expression, derived: Container[str]) -> frozenset[str]:
-    """Return the settings whose values an expression reads.
+    """Return the parameters whose values an expression reads.
 
-    Settings from which some of them follow are among them.
+    Parameters that determine one of the values are included.
     """
     left_out = {name for name in expression.names if name not in derived}
     return expression.names | {BROUGHT[name] for name in left_out & BROUGHT.keys()}
@@ -208,7 +208,7 @@ def _read_by(expression: Expression, derived: Container[str]) -> frozenset[str]:
 def check_once(
     root: Entry, fixed: Iterable[str], axes: tuple[Axis, ...], derive: Iterable[str]
 ) -> None:
-    """Raise SpecError for a setting that gets its value at two places.
+    """Raise SpecError for a parameter with a value at two places.
 
     Parameters
     ----------
@@ -217,7 +217,7 @@ def check_once(
     fixed : iterable of str
     axes : tuple of Axis
     derive : iterable of str
-        Derived settings.
+        Derived parameters.
     """
     for design in by_design(axes):
         places: list[tuple[str, Place]] = [(name, ("fixed", name)) for name in fixed]
@@ -228,14 +228,14 @@ def check_once(
                 first, second = [place for other, place in places if other == name][:2]
                 where = ".".join(map(str, first))
                 raise root.document.error(
-                    second, f'"{name}" has a value already, under {where}'
+                    second, f'"{name}" already has a value, under {where}'
                 )
 
 
 def check_conditions(
     root: Entry, axes: tuple[Axis, ...], derive: Iterable[str]
 ) -> None:
-    """Raise SpecError if `when` needs a setting whose value is only known later.
+    """Raise SpecError if `when` needs a parameter whose value is only known later.
 
     Parameters
     ----------
@@ -243,7 +243,7 @@ def check_conditions(
         The whole spec.
     axes : tuple of Axis
     derive : iterable of str
-        Derived settings.
+        Derived parameters.
     """
     for design in by_design(axes):
         _check_conditions(root, design, derive)
@@ -254,7 +254,7 @@ def _check_conditions(
 ) -> None:
     later = dict.fromkeys(derive, "derived")
     later |= {
-        name: f"swept by {axis.name}, which must stand before"
+        name: f"swept by {axis.name}, which must come before"
         for axis in axes
         for name in axis.columns
     }
@@ -265,36 +265,36 @@ def _check_conditions(
             if name in later:
                 raise root.document.error(
                     (*axis.place, "when"),
-                    f'when cannot use "{name}" here: it is {later[name]}',
+                    f'when cannot use "{name}" here: "{name}" is {later[name]}',
                 )
         for name in axis.columns:
             del later[name]
 
 
 def check_complete(root: Entry, axes: tuple[Axis, ...]) -> None:
-    """Raise SpecError if a condition could reject a part of a sample.
+    """Raise SpecError if a condition could reject a part of a sample of blocks.
 
-    Samples that come in blocks count only as a whole.
+    The analysis needs all points of a sample of blocks.
     """
     sampled = [axis for axis in axes if axis.blocks]
     for other in sampled[1:]:
         message = (
-            f'"{sampled[0].name}" is such a sample already:'
-            f" a study has one of {' or '.join(in_blocks())}"
+            f'"{sampled[0].name}" is already a sample of blocks:'
+            f" a study has at most one of {' or '.join(in_blocks())}"
         )
         raise root.document.error(other.place, message)
     for sample in sampled:
         if "require" in root.value:
             message = (
                 f'require could reject points of "{sample.name}": a {sample.sampler}'
-                " sample counts only whole"
+                " sample needs all points"
             )
             raise root.document.error(("require",), message)
         for axis in axes:
             if axis.when and axis.when.names & sample.columns.keys():
                 message = (
-                    f'when cannot use settings of "{sample.name}": a {sample.sampler}'
-                    " sample counts only whole"
+                    f'when cannot use parameters of "{sample.name}":'
+                    f" a {sample.sampler} sample needs all points"
                 )
                 raise root.document.error((*axis.place, "when"), message)
 

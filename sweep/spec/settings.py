@@ -1,4 +1,4 @@
-"""Settings of a model for users: by name, with unit, range and preset values."""
+"""Parameters of a model for users: by name, with unit, range and preset values."""
 
 import math
 import re
@@ -34,7 +34,7 @@ from sweep.text import shortened, unknown
 
 Value = float | int | bool | str
 Values = NDArray[Any]
-"""Values of one setting at many points: float64, int64, bool, or object for texts."""
+"""Values of a parameter at many points: float64, int64, bool, or object for strings."""
 
 DTYPES: dict[str, type[Any]] = {
     "float": np.float64,
@@ -44,23 +44,23 @@ DTYPES: dict[str, type[Any]] = {
     "places": np.object_,
 }
 MOST_PLACES = 100
-"""Largest number of positions of a setting."""
+"""Largest number of positions of a parameter."""
 MOST_PLACE = 1e15
 """Largest distance of a position from the origin, along x and along y."""
 
 
 USUAL_PRESET = "as_run"
 TORUS = "torus"
-WRAPS_ONLY = "wraps positions only: boids do not see each other across its borders"
+WRAPS_ONLY = "wraps positions only: boids do not perceive each other across the borders"
 """Note on the torus of a preset without `minimum_image`."""
 BROUGHT = {"width": "map", "height": "map", "minimum_image": "borders"}
-"""Settings that follow from another setting if they are left out."""
+"""Parameters that follow from another parameter without a value in the spec."""
 
 
 class NotAllowedError(ValueError):
-    """A value that a setting cannot have.
+    """A value that a parameter cannot have.
 
-    `index` is its index among several values.
+    `index` is the index of the value among several values.
     """
 
     def __init__(self, message: str, index: int = 0) -> None:
@@ -70,39 +70,38 @@ class NotAllowedError(ValueError):
 
 @dataclass(frozen=True)
 class Setting:
-    """A setting.
+    """A parameter of a study.
 
     Attributes
     ----------
-    name
+    name : str
         Name in specs.
-    kind
-        "float", "int", "bool", "choice" or "places".
-    group
-        Group of settings, such as "world".
-    text
+    kind : {"float", "int", "bool", "choice", "places"}
+    group : str
+        Group of parameters, such as "world".
+    text : str
         Description.
-    unit
-        Unit in the words of the model, "" for none.
-    low, high
-        Bounds of numbers.
-    exclusive
+    unit : str, default ""
+        Unit in the words of the model, "" for no unit.
+    low, high : float
+        Bounds of numbers, by default infinite.
+    exclusive : bool, default False
         True if `low` itself is not allowed.
-    choices
+    choices : tuple of str
         Allowed names of a choice.
-    rule
-        The rule whose weight the setting is.
-    in_steps
-        True if the setting is counted in steps.
-    each_step
+    rule : str, default ""
+        The rule whose weight the parameter is.
+    in_steps : bool, default False
+        True if the parameter is counted in steps.
+    each_step : EachStep, default ""
         Effect of a shorter step on the value, see `kernels.settings.InParts`.
-    only_where
-        Condition under which the setting has an effect.
-    whole_steps
-        True if the setting is a time of an integer number of steps.
-    spread_of
+    only_where : OnlyWhere, optional
+        Condition under which the parameter has an effect.
+    whole_steps : bool, default False
+        True if the parameter is a time of an integer number of steps.
+    spread_of : str, default ""
         Parameter that a spread varies from robot to robot.
-    symbol
+    symbol : str, default ""
         Symbol in equations, in LaTeX.
     """
 
@@ -124,7 +123,7 @@ class Setting:
     symbol: str = ""
 
     def in_parts(self, value: float, parts: float) -> float:
-        """Return the value after each step is cut into shorter ones.
+        """Return the value after each step is cut into shorter steps.
 
         Parameters
         ----------
@@ -141,10 +140,10 @@ class Setting:
         return value * math.sqrt(parts) if self.each_step == "noise" else value
 
     def coerce(self, value: Any) -> Value:
-        """Return a value in the type of this setting.
+        """Return a value in the type of this parameter.
 
-        So 1 and 1.0 are the same point, and -0 and 0. Raises NotAllowedError, with the
-        allowed values, for another type, a value out of range or an unknown choice.
+        So 1 and 1.0 give equal points, and so do -0 and 0. Raises NotAllowedError, with
+        the allowed values, for a wrong type, a value out of range or an unknown choice.
         """
         if self.kind == "choice" and isinstance(value, str):
             if value not in self.choices:
@@ -162,12 +161,12 @@ class Setting:
         if self.kind in ("float", "int") and is_number and self._in_range(value):
             return int(value) if self.kind == "int" else float(value) + 0.0
         raise NotAllowedError(
-            f"{shortened(repr(value))} is not allowed for {self.name}: it is"
+            f"{shortened(repr(value))} is not allowed for {self.name}; allowed:"
             f" {self.allowed()}"
         )
 
     def column(self, values: Sequence[Any] | Values) -> Values:
-        """Return many values in the type of this setting.
+        """Return many values in the type of this parameter.
 
         Raises NotAllowedError for the first value that is not allowed.
         """
@@ -191,7 +190,7 @@ class Setting:
         return np.array(coerced, dtype=DTYPES[self.kind])
 
     def _in_range(self, value: Any) -> Any:
-        """Return whether a number, or each of an array, is in range; NaN never is."""
+        """Return whether a number, or each number of an array, is in range; not NaN."""
         above = value > self.low if self.exclusive else value >= self.low
         within = above & (value <= self.high)
         return within & (value % 1 == 0) if self.kind == "int" else within
@@ -205,10 +204,10 @@ class Setting:
         if self.kind == "places":
             unit = f" ({self.unit})" if self.unit else ""
             return (
-                f"a list of up to {MOST_PLACES} places [x, y]{unit}, or a text like"
-                f' "{in_a_line(((1, 2.5), (3, 4)))}"'
+                f"a list of up to {MOST_PLACES} positions [x, y]{unit}, or a string"
+                f' such as "{in_a_line(((1, 2.5), (3, 4)))}"'
             )
-        words = "a whole number" if self.kind == "int" else "a number"
+        words = "an integer" if self.kind == "int" else "a number"
         if self.low > -math.inf:
             words += (
                 f" above {_in_full(self.low)}"
@@ -229,14 +228,14 @@ def _in_full(bound: float) -> str:
 
 
 MOST_SPREAD = 10.0
-"""Largest spread: factors stay far from the limits of numbers."""
+"""Largest spread, with factors far from the limits of floats."""
 
 
 class Settings(dict[str, Setting]):
-    """Settings of a model by name.
+    """Parameters of a model by name.
 
-    `spreads` are further settings, known if a spec names them, and otherwise 0.
-    `refused` has the reasons why there are no others.
+    `spreads` are further parameters, which are 0 if a spec does not name the parameter.
+    `refused` has the reasons why further spreads do not exist.
     """
 
     def __init__(self, settings: Mapping[str, Setting], model: Model) -> None:
@@ -245,7 +244,7 @@ class Settings(dict[str, Setting]):
 
     @cached_property
     def spreads(self) -> dict[str, Setting]:
-        """A setting X_spread for each parameter X that is read robot by robot."""
+        """A parameter X_spread for each parameter X that is read robot by robot."""
         shared = abilities(self.model).shared
         names = [
             name
@@ -259,11 +258,11 @@ class Settings(dict[str, Setting]):
 
     @cached_property
     def refused(self) -> dict[str, str]:
-        """The reason by name of a spread that does not exist."""
+        """The reasons, by name, why a spread does not exist."""
         allowed = [spread.spread_of for spread in self.spreads.values()]
-        may = f"those may differ: {', '.join(allowed)}"
+        may = f"parameters that may differ: {', '.join(allowed)}"
         if not allowed:
-            may = f"it reads none so: write `{LINE}`, and see docs/own-models.md"
+            may = f"no parameter may differ: write `{LINE}`, and see docs/own-models.md"
         return {
             f"{name}_spread": f"{self._why(name)}; {may}"
             for name in self.keys() - allowed
@@ -274,22 +273,22 @@ class Settings(dict[str, Setting]):
     def _of_records(self) -> list[str]:
         """Parameters that cannot be read from a record of NumPy.
 
-        A record has another attribute of the same name.
+        The name of the parameter is already an attribute of records.
         """
         return [name for name in self.model.params._fields if hasattr(np.record, name)]
 
     def _why(self, name: str) -> str:
-        """Return why a setting cannot differ from robot to robot."""
+        """Return why a parameter cannot differ from robot to robot."""
         if taken := self._of_records:
-            return f"a record of NumPy has another {taken[0]}: give it another name"
+            return f"{taken[0]} is an attribute of NumPy records: rename the parameter"
         if name not in self.model.params._fields:
-            return f"{name} is no parameter of {self.model.name}"
+            return f"{name} is not a parameter of {self.model.name} itself"
         if self[name].kind != "float":
-            return f"{name} is no number with decimals, which a factor could change"
+            return f"{name} is not a real number, which a factor could change"
         return f"{self.model.name} does not read {name} robot by robot"
 
     def of_study(self, maps: Iterable[str]) -> "Settings":
-        """Return all settings that a study with maps of these names may name."""
+        """Return all parameters of a study with custom maps of these names."""
         choices = (*self["map"].choices, *maps)
         drawn = {"map": replace(self["map"], choices=choices)}
         settings = Settings(self | drawn | self.spreads, self.model)
@@ -298,7 +297,7 @@ class Settings(dict[str, Setting]):
 
 
 def _spread(parameter: str) -> Setting:
-    """Return the setting by which a parameter differs from robot to robot."""
+    """Return the spread of a parameter, with which robots differ."""
     return Setting(
         f"{parameter}_spread",
         "float",
@@ -312,9 +311,9 @@ def _spread(parameter: str) -> Setting:
 
 
 def in_a_line(places: Places) -> str:
-    """Return positions as the text for them in tables: "1 2.5; 3 4".
+    """Return positions as the string in tables, such as "1 2.5; 3 4".
 
-    Numbers have all their digits.
+    Numbers have all digits.
     """
     return "; ".join(f"{_shortest(x)} {_shortest(y)}" for x, y in places)
 
@@ -324,9 +323,9 @@ def _shortest(number: float) -> str:
 
 
 def places_of(value: Any) -> Places | None:
-    """Return the positions of a list of pairs, or of a text of `in_a_line`.
+    """Return the positions of a list of pairs, or of a string of `in_a_line`.
 
-    None if they are not positions.
+    None for a value that is not positions.
     """
     rows = value
     if isinstance(value, str):
@@ -365,9 +364,9 @@ GROUPS: tuple[tuple[str, type[Any]], ...] = (
 def _entered(
     name: str, declared: About, known: Catalogue
 ) -> tuple[tuple[str, ...], str]:
-    """Return the choices of a setting and its description.
+    """Return the choices and the description of a parameter.
 
-    Maps and starts have entries of their own.
+    The choices of maps and starts come from the catalogue.
     """
     if name == "map":
         return tuple(known.maps), declared.text
@@ -408,10 +407,10 @@ def _setting(
 
 @lru_cache(maxsize=256)
 def settings_of(model: str, known: Catalogue) -> Settings:
-    """Return every setting of the model of a name.
+    """Return every parameter of the model of a name.
 
-    Its own parameters are first, then schedule, world, sensing, actuation, failures,
-    medium, start and observation.
+    The parameters of the model itself are first, then schedule, world, sensing,
+    actuation, failures, medium, start and observation.
     """
     entry = known.models[model]
     groups = (("parameters", entry.params), *GROUPS)
@@ -426,28 +425,28 @@ def settings_of(model: str, known: Catalogue) -> Settings:
 def no_setting(
     name: str, known: Iterable[str], keys: Container[str], more: str = ""
 ) -> str:
-    """Return the message for a name that is not a setting.
+    """Return the message for a name that is not a parameter.
 
     Parameters
     ----------
     name : str
     known : iterable of str
-        Settings.
+        Parameters.
     keys : container of str
-        Keys of a whole spec, one of which the name may be.
+        Keys of a whole spec, which may include the name.
     more : str, default ""
-        End of the message if the name is no such key.
+        End of the message if the name is not a key of a spec.
     """
     if name in keys:
         return (
-            f'"{name}" is no setting: it is a key of the whole spec, with one value for'
-            ' all points, and stands beside "model"'
+            f'"{name}" is not a parameter but a key of the whole spec, with one value'
+            ' for all points: write the key next to "model"'
         )
-    return unknown("setting", name, known) + more
+    return unknown("parameter", name, known) + more
 
 
 def usual_preset(model: Model) -> str:
-    """Return the preset of a model if none is named."""
+    """Return the default preset of a model."""
     return USUAL_PRESET if USUAL_PRESET in model.presets else next(iter(model.presets))
 
 
@@ -458,7 +457,7 @@ def spelled(unit: str, model: Model) -> str:
 
 
 def preset_settings(model: str, preset: str, known: Catalogue) -> dict[str, Value]:
-    """Return the value of every setting in a preset of a model.
+    """Return the value of every parameter in a preset of a model.
 
     Parameters
     ----------
@@ -485,9 +484,9 @@ def only_wrapping(model: Model) -> list[str]:
 
 
 def usual_settings(model: str, preset: str, known: Catalogue) -> dict[str, Value]:
-    """Return the value of every setting in a preset, with spreads.
+    """Return the value of every parameter in a preset, with spreads.
 
-    Robots of a preset do not differ, so that all spreads are 0.
+    Robots of a preset do not differ, so all spreads are 0.
 
     Parameters
     ----------
@@ -503,16 +502,16 @@ def usual_settings(model: str, preset: str, known: Catalogue) -> dict[str, Value
 def settings_tuple(
     group: type[Any], settings: dict[str, Value], known: dict[str, Setting]
 ) -> Any:
-    """Return a group of settings, filled with values.
+    """Return a group of parameters, filled with values.
 
     Parameters
     ----------
     group : type
         A NamedTuple of `kernels.settings`, or Params of a model.
     settings : dict
-        Values by setting.
+        Values by parameter.
     known : dict
-        Settings by name.
+        Parameters by name.
 
     Returns
     -------

@@ -1,9 +1,9 @@
-"""Strict YAML: from a text to plain values whose lines are known, and back.
+"""Strict YAML: from a text to plain values with line numbers, and back.
 
-It is YAML 1.2 without its surprises: a key may not appear twice; tags, anchors and
-aliases are rejected. A file may have several documents, each of which begins with a
-line `---`, and has its own text. The text may be untrusted: nothing in it is executed,
-and its size and depth are limited.
+The language is YAML 1.2 with two restrictions: a key may not appear twice, and tags,
+anchors and aliases are rejected. A file may have several documents. Each document
+begins with a line `---`, and has a separate text. The text may be untrusted: no part is
+executed, and size and depth are limited.
 """
 
 import re
@@ -64,7 +64,7 @@ def _text(path: Path) -> str:
         if len(content) > MOST_BYTES:
             raise SpecError(
                 f"{path}: is larger than {MOST_BYTES:,} bytes:"
-                " put long lists into a table"
+                " move long lists into a table"
             )
         return content.decode("utf-8").replace("\r\n", "\n")
     except FileNotFoundError:
@@ -72,14 +72,14 @@ def _text(path: Path) -> str:
     except OSError as error:
         raise SpecError(f"{path}: cannot be read: {error.strerror}") from None
     except UnicodeDecodeError:
-        raise SpecError(f"{path}: is not a text in UTF-8") from None
+        raise SpecError(f"{path}: is not UTF-8 text") from None
 
 
 def as_document(mapping: Mapping[str, Any], path: Path) -> Entry:
-    """Return the content of a mapping, as if it were the file `path`.
+    """Return the content of a mapping, read as if from the file `path`.
 
-    Errors name the keys of the mapping. Raises TypeError as `dump`, and SpecError if
-    the mapping is not strict YAML.
+    Errors name the keys of the mapping. Raises TypeError as `dump` does, and SpecError
+    if the mapping is not strict YAML.
     """
     return _parsed(_Piece(dump(mapping), 0), path, of_mapping=True)
 
@@ -91,7 +91,7 @@ def parse_document(text: str, path: Path) -> Entry:
     """
     first, *further = _pieces(text)
     if further:
-        message = "begins another study; here a file has one: write each into its own"
+        message = "begins a second study; only one is allowed here: use separate files"
         raise Document(path, text).error_in_line(further[0].lines_before + 1, message)
     return _parsed(first, path)
 
@@ -122,7 +122,7 @@ def _parsed(piece: _Piece, path: Path, *, of_mapping: bool = False) -> Entry:
     document = Document(path, piece.text, of_mapping=of_mapping)
     before = piece.lines_before
     try:
-        # The empty lines make all marks those of the file.
+        # With the empty lines, all marks have the line numbers of the file.
         root = _composed("\n" * before + piece.text)
         if root is None:
             document.lines[()] = before + 1
@@ -136,20 +136,20 @@ def _parsed(piece: _Piece, path: Path, *, of_mapping: bool = False) -> Entry:
 
 @lru_cache(maxsize=8)  # of a megabyte each, at most
 def _composed(text: str) -> Node | None:
-    """Return the nodes of a text, which callers only read.
+    """Return the nodes of a text, which callers do not change.
 
-    Some texts are composed many times, such as a spec whose variants are tried one by
-    one.
+    The nodes are cached, because some texts are composed many times, such as a spec
+    whose variants are tried in turn.
     """
     root: Node | None = YAML(typ="safe", pure=True).compose(text)
     return root
 
 
 def dump(mapping: Mapping[str, Any]) -> str:
-    """Return the YAML text of a mapping of dicts, lists, texts and numbers.
+    """Return the YAML text of a mapping of dicts, lists, strings and numbers.
 
-    Numbers and arrays of numpy are allowed too. Raises TypeError, with the key, for
-    anything else.
+    Numbers and arrays of numpy are also allowed. Raises TypeError, with the key, for
+    all further types.
     """
     yaml: Any = YAML(typ="safe", pure=True)
     stream = StringIO()
@@ -162,7 +162,7 @@ def dump(mapping: Mapping[str, Any]) -> str:
 
 
 def _plain(value: Any, place: Place) -> Any:
-    """Return a value of dicts, lists, texts and numbers, also of numpy and pandas."""
+    """Return a value, also of numpy or pandas, as dicts, lists, strings and numbers."""
     if len(place) > MOST_LEVELS:
         raise TypeError(f"{MAPPING}, {keys_in_words(place)}: is nested too deeply")
     if hasattr(value, "tolist"):  # an array or a number of numpy, a column of pandas
@@ -194,7 +194,7 @@ def _key(key: Any, place: Place) -> str:
 def _not_plain(place: Place, value: Any) -> TypeError:
     where = f"{MAPPING}, {keys_in_words(place)}" if place else MAPPING
     wrong = f"{type(value).__name__} {shortened(repr(value))}"
-    rule = "a spec holds only dicts with texts as keys, lists, texts and numbers"
+    rule = "a spec has only dicts with string keys, lists, strings and numbers"
     return TypeError(f"{where}: {rule}, not {wrong}")
 
 
@@ -207,9 +207,9 @@ def _syntax_error(document: Document, error: YAMLError) -> SpecError:
 
 
 class _YamlReader:
-    """A maker of plain values from YAML nodes.
+    """A reader of plain values from YAML nodes.
 
-    It writes the line of each value into the document.
+    The reader enters the line of each value into the document.
     """
 
     def __init__(self, document: Document) -> None:
@@ -256,11 +256,13 @@ class _YamlReader:
             key = key_node.value
             if key_node.tag != TAG + "str":
                 wrong = f', not "{key[:40]}"' if isinstance(key, str) else ""
-                raise self.document.error_in_line(line, "a key must be a name" + wrong)
+                raise self.document.error_in_line(
+                    line, "a key must be a string" + wrong
+                )
             if key in values:
                 first = self.document.lines[(*place, key)]
                 raise self.document.error_in_line(
-                    line, f'"{key}" stands twice, first in line {first}'
+                    line, f'"{key}" appears twice, first in line {first}'
                 )
             self.document.lines[(*place, key)] = line
             values[key] = self.read(value_node, (*place, key))
@@ -275,7 +277,7 @@ class _YamlReader:
         try:
             return convert(node.value)
         except OverflowError:
-            words = f"{node.value[:40]} is too large: whole numbers are below 2^63"
+            words = f"{node.value[:40]} is too large: integers must be below 2^63"
             raise self.document.error_in_line(line, words, place) from None
         except (ValueError, KeyError):
             kind = str(node.tag).removeprefix(TAG)
@@ -285,7 +287,7 @@ class _YamlReader:
 
 
 def _integer(text: str) -> int:
-    """Return the integer of a text; 010 is ten, as in YAML 1.2."""
+    """Return the integer of a string; 010 is ten, as in YAML 1.2."""
     value = int(text, 0) if "0o" in text or "0x" in text or "0b" in text else int(text)
     if abs(value) >= INTEGER_BOUND:
         raise OverflowError

@@ -104,7 +104,7 @@ ALL_PAIRS: NeighbourSearch = "all_pairs"
 
 
 class MetricName(Text):
-    """The name of a metric. The model and `derive` decide which exist."""
+    """The name of a metric, which the model or `derive` must define."""
 
     def schema(self) -> Schema:
         """Return a reference to the names of metrics."""
@@ -112,21 +112,21 @@ class MetricName(Text):
 
 
 def _swept_schema() -> Schema:
-    """Return the schema of one design, or of several in a list."""
+    """Return the schema of a design, or of a list of designs."""
     return {"type": ["object", "array"], "minItems": 1}
 
 
 LAST_FLOCKS = "last_flocks"
 """Key, and table, of the boids at the end of a trial.
 
-Trials of another study can begin with them.
+The boids can be the initial condition of trials of another study.
 """
 TABLES = ("series", "heatmaps", "trajectories", LAST_FLOCKS)
 """Tables that a spec selects, under keys of these names."""
 LAST_STATES = "last_states"
-"""Key, and table, of the states with which trials of more steps resume.
+"""Key, and table, of the states from which trials with more steps resume.
 
-No analysis reads it.
+No analysis reads this table.
 """
 CHECKPOINT_SECONDS = 60.0
 STREAM = OneOf("kind of stream", get_args(Stream))
@@ -140,16 +140,18 @@ SECONDS = Number(above=0, unit="seconds")
 class RecordSpec:
     """The record of a trial: frames 0, `every`, 2 `every`, ... and the last.
 
-    `metrics` are metrics of the kernels, with all that `derive` needs. A derived metric
-    follows the metrics that it needs. `series` are among both.
+    `metrics` are metrics of the kernels, with all metrics that `derive` needs. A
+    derived metric follows the metrics in its expression. `series` are some of `metrics`
+    and `derive`.
     """
 
     metrics: Annotated[
         tuple[str, ...],
         Key(
             METRIC_NAMES,
-            "recorded of each trial: at its last frame, and the mean of its last half",
-            otherwise="those of the model",
+            "metrics of each trial: the value at the last frame, and the mean over the"
+            " second half",
+            otherwise="the metrics of the model",
             example=f"[{ANY_METRIC}]",
         ),
     ]
@@ -157,7 +159,7 @@ class RecordSpec:
         tuple[str, ...],
         Key(
             METRIC_NAMES,
-            "recorded of each frame, and of each trial too",
+            "metrics stored at each frame (time series), and also for each trial",
             otherwise="none",
             example=f"[{ANY_METRIC}]",
         ),
@@ -166,14 +168,14 @@ class RecordSpec:
         int, Key(Whole(1), "number of steps between frames", example="10")
     ] = 1
     heatmaps: Annotated[
-        bool, Key(Truth(), "whether visits are kept by pixel", example="true")
+        bool, Key(Truth(), "visits per pixel of the map", example="true")
     ] = False
     trajectories: Annotated[
         bool,
         Key(
             Truth(),
-            "whether the position and velocity of each boid are kept of each frame,"
-            " with its state and its kind where its model has these",
+            "position and velocity of each boid at each frame, with state and type if"
+            " the model has states and types",
             example="true",
         ),
     ] = False
@@ -181,8 +183,8 @@ class RecordSpec:
         bool,
         Key(
             Truth(),
-            "whether all is kept with which a trial ends: a launch of the same spec"
-            " with more `steps` goes on from there. No stream may be independent",
+            "complete final states of trials. A launch of the spec with more `steps`"
+            " resumes from these states. No stream may be independent",
             example="true",
         ),
     ] = False
@@ -190,9 +192,8 @@ class RecordSpec:
         bool,
         Key(
             Truth(),
-            "whether place, velocity and state of each boid are kept at the end of a"
-            " trial, where trials of another study can begin. A study with `continue`"
-            " keeps them",
+            "final position, velocity and state of each boid, as an initial condition"
+            " of another study. A study with `continue` always has this table",
             example="true",
         ),
     ] = False
@@ -200,9 +201,9 @@ class RecordSpec:
         tuple[DerivedMetric, ...],
         Key(
             ReadLater(
-                "names with expressions over metrics and settings", derived_schema
+                "names with expressions over metrics and parameters", derived_schema
             ),
-            "metrics computed from others, frame by frame, and recorded too",
+            "metrics computed from metrics and parameters at each frame, and recorded",
             otherwise="none",
             example='{gain: "polarization / speed"}',
         ),
@@ -210,12 +211,12 @@ class RecordSpec:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All metrics of a trial, derived ones last."""
+        """All metrics of a trial, with derived metrics at the end."""
         return (*self.metrics, *(metric.name for metric in self.derive))
 
     @property
     def tables(self) -> tuple[str, ...]:
-        """The tables that are stored of a trial."""
+        """The stored tables of a trial."""
         return ("trials", *(name for name in TABLES if getattr(self, name)))
 
 
@@ -223,19 +224,18 @@ class RecordSpec:
 class Streams:
     """The kind of the random numbers of each purpose.
 
-    They are the same at all points (common), or others at each point (independent).
-    Lasting ones are the same at points that differ in `steps` alone.
+    Common numbers are equal at all points. Independent numbers differ from point to
+    point. Lasting numbers also differ, but are equal at points that differ only in
+    `steps`.
     """
 
-    start: Annotated[Stream, Key(STREAM, "of where boids start, and how fast")] = (
-        "common"
-    )
-    world: Annotated[Stream, Key(STREAM, "of random obstacles")] = "common"
+    start: Annotated[Stream, Key(STREAM, "initial positions and velocities")] = "common"
+    world: Annotated[Stream, Key(STREAM, "random obstacles")] = "common"
     noise: Annotated[
         Stream,
         Key(
             STREAM,
-            "of all that is random during the flight",
+            "random numbers during a trial",
             otherwise="independent, or common in a search",
         ),
     ] = "independent"
@@ -243,15 +243,15 @@ class Streams:
 
 @dataclass(frozen=True)
 class StudyName(Content[str]):
-    """A name of a folder below the results that results do not use."""
+    """The name of a study, which is a folder below the folder of results."""
 
     @property
     def words(self) -> str:
-        """The allowed values, in words."""
+        """The allowed values in words."""
         return NAME_WORDS
 
     def read(self, entry: Entry) -> str:
-        """Return the value of an entry. Raise SpecError if it is not allowed."""
+        """Return the name of an entry, or raise SpecError for a wrong name."""
         name = entry.text()
         if why := why_no_name(name):
             raise entry.error(why)
@@ -271,7 +271,7 @@ class ModelName(Text):
     """The name of a model, or a file that defines one."""
 
     def schema(self) -> Schema:
-        """Return the JSON Schema of names, each with the source of the model."""
+        """Return the JSON Schema of names, with the sources of the models."""
         names = [
             {"const": name, "description": model.source}
             for name, model in MODELS.items()
@@ -283,24 +283,25 @@ class ModelName(Text):
 class Study:
     """A checked spec.
 
-    Its keys are the fields that have a `Key`, and the keys of Policy. One of
-    `replicates` (trials per point) and `seeds` (a literal seed per trial) is given, or
-    a section is the form of `replicates`. Some further fields:
+    The keys of a spec are the fields with a `Key`, and the keys of Policy. The spec has
+    either `replicates` (trials per point), `seeds` (a seed per trial), or a section
+    that is a form of `replicates`. Some fields need an explanation:
 
     Attributes
     ----------
-    known
+    known : Catalogue
         Models, metrics, maps and starts by name.
-    derive
-        Expressions by setting, each after the expressions that it needs.
-    maps
-        Maps of the spec's own.
-    policy
+    derive : dict
+        Expressions by parameter, each after the expressions that it needs.
+    maps : dict
+        Custom maps of the spec.
+    policy : Policy
         Treatment of failed trials.
-    sections
+    sections : mapping
         Values of the sections of methods that the spec has, by key.
-    checkpoint
-        Seconds after which a trial writes down its state, None for never.
+    checkpoint : float, optional
+        Least time between two checkpoints of a trial, in seconds. None for no
+        checkpoints.
     """
 
     document: Document
@@ -309,7 +310,7 @@ class Study:
         str,
         Key(
             StudyName(),
-            "name of the study: its results are in results/NAME",
+            "name of the study; the results are in results/NAME",
             name="study",
             example="my/coverage",
         ),
@@ -318,7 +319,7 @@ class Study:
         str,
         Key(
             ModelName("a name that `sweep models` lists, or a file: ./NAME.py"),
-            "the model that flies",
+            "model of the boids",
             example=next(iter(MODELS)),
         ),
     ]
@@ -326,8 +327,8 @@ class Study:
         str,
         Key(
             Text("a preset that `sweep models MODEL` lists"),
-            "where values come from that the spec leaves out",
-            otherwise=f"{USUAL_PRESET}, or the first of the model",
+            "source of all values that the spec does not give",
+            otherwise=f"{USUAL_PRESET}, or the first preset of the model",
             example=USUAL_PRESET,
         ),
     ]
@@ -335,7 +336,7 @@ class Study:
         dict[str, OwnMap],
         Key(
             ReadLater("maps by name", maps_schema, MAP_FORMS, ".NAME"),
-            "maps of the study's own, by name",
+            "custom maps, by name",
             otherwise="none",
             example="{lab: {image: lab.png, resolution: 0.5}}",
         ),
@@ -343,8 +344,8 @@ class Study:
     fixed: Annotated[
         dict[str, Value],
         Key(
-            ReadLater("settings with their values"),
-            "one value for each of these settings",
+            ReadLater("parameters with values"),
+            "one value per parameter",
             otherwise="none",
             example="{n: 50, steps: 3600}",
         ),
@@ -352,9 +353,9 @@ class Study:
     axes: Annotated[
         tuple[Axis, ...],
         Key(
-            ReadLater("axes by name, or a list of such designs", _swept_schema),
-            "axes; the points are their product, the last one fastest. Of several"
-            " designs in a list the points are united",
+            ReadLater("axes by name, or a list of designs with axes", _swept_schema),
+            "axes. The points are the product of all axes, and the last axis varies"
+            " fastest. A list unites the points of several designs",
             name="sweep",
             otherwise="one point",
             example="{n: [50, 100], width: {linspace: [100, 400, 4]}}",
@@ -363,8 +364,8 @@ class Study:
     derive: Annotated[
         dict[str, Expression],
         Key(
-            ReadLater("settings with expressions"),
-            "settings computed from others, by expressions",
+            ReadLater("parameters with expressions"),
+            "parameters computed from other parameters",
             otherwise="none",
             example="{steps: 100 * n}",
         ),
@@ -373,7 +374,7 @@ class Study:
         tuple[Expression, ...],
         Key(
             ReadLater("a list of conditions", lambda: listed(TEXT)),
-            "conditions without which a point is left out",
+            "conditions; points that violate a condition are rejected",
             otherwise="none",
             example="[n < width]",
         ),
@@ -382,8 +383,8 @@ class Study:
         int | None,
         Key(
             OrForm(TRIALS, "replicates"),
-            "trials a point: either these, or `seeds`",
-            otherwise="as many as `seeds`",
+            "number of trials per point; either `replicates` or `seeds`",
+            otherwise="the number of `seeds`",
             example="100",
         ),
     ]
@@ -391,8 +392,8 @@ class Study:
         tuple[int, ...] | None,
         Key(
             SEEDS,
-            "one trial a point with each of these seeds, instead of `replicates`",
-            otherwise="made from `seed`",
+            "one trial per point with each of these seeds, instead of `replicates`",
+            otherwise="computed from `seed`",
             example="[27, 729, 4913]",
         ),
     ]
@@ -401,9 +402,9 @@ class Study:
         Streams,
         Key(
             LaterSectionOf(Streams),
-            "common: the same random numbers at all points; independent: others at"
-            " each; lasting: others at each, but for points that differ in `steps`"
-            " alone",
+            "kinds of random numbers. `common`: equal at all points. `independent`:"
+            " different at each point. `lasting`: different at each point, but equal at"
+            " points that differ only in `steps`",
             otherwise="only noise is independent",
             example="{noise: common}",
         ),
@@ -412,7 +413,7 @@ class Study:
         RecordSpec,
         Key(
             LaterSectionOf(RecordSpec),
-            "what is kept of each trial",
+            "data to store for each trial",
             otherwise="the metrics of the model",
             example=f"{{series: [{ANY_METRIC}], every: 10}}",
         ),
@@ -421,21 +422,21 @@ class Study:
         Order,
         Key(
             ORDER,
-            "which trials run first: the longest, or a coarse picture of the whole,"
-            " which becomes finer",
+            "trials that run first: the longest trials, or a coarse picture of all"
+            " points, which then becomes finer",
             example="coarse",
         ),
     ] = "longest"
     time_limit: Annotated[
         float | None,
-        Key(SECONDS, "seconds a trial may take", otherwise="no limit", example="60"),
+        Key(SECONDS, "maximum time per trial", otherwise="no limit", example="60"),
     ] = None
     neighbour_search: Annotated[
         NeighbourSearch,
         Key(
             NEIGHBOUR_SEARCH,
-            "how the neighbours of a boid are found: through a grid of cells, or among"
-            " all pairs of boids, which takes longer and has the same bits",
+            "search for the neighbours of a boid: in a grid of cells, or among all"
+            " pairs of boids, which is slower. The results are bitwise identical",
             example=ALL_PAIRS,
         ),
     ] = "grid"
@@ -443,7 +444,7 @@ class Study:
         float | None,
         Key(
             OrFalse(SECONDS),
-            "seconds after which a trial writes down where it is",
+            "least time between two checkpoints of a trial; false for no checkpoints",
             example="600",
         ),
     ] = CHECKPOINT_SECONDS
@@ -452,19 +453,19 @@ class Study:
 
     @property
     def text(self) -> str:
-        """The YAML as read."""
+        """The YAML text of the spec, unchanged."""
         return self.document.text
 
     @property
     def path(self) -> Path:
-        """The file of the spec, in whose folder relative paths start."""
+        """The file of the spec. Relative paths start in the folder of the file."""
         return self.document.path
 
     @cached_property
     def settings(self) -> dict[str, Setting]:
-        """Every setting of the model, and the spreads that the spec names.
+        """Every parameter of the model, and the spreads that the spec names.
 
-        The choices of `map` include the study's own.
+        The choices of `map` include the custom maps of the study.
         """
         derived = (metric.expression for metric in self.record.derive)
         expressions = (*self.expressions, *derived)
@@ -478,12 +479,12 @@ class Study:
 
     @cached_property
     def preset_settings(self) -> dict[str, Value]:
-        """The value of every setting in the preset of the study."""
+        """The value of every parameter in the preset of the study."""
         values = usual_settings(self.model, self.preset, self.known)
         return {name: values[name] for name in self.settings}
 
     def map_size(self, name: str) -> tuple[float, float] | None:
-        """Return the width and height of a map, built-in or the study's own.
+        """Return the width and height of a built-in or custom map.
 
         None for a map that suits every size.
         """
@@ -492,7 +493,7 @@ class Study:
 
     @property
     def strategy_section(self) -> tuple[SpecSection, Any] | None:
-        """The section with a strategy of its own, and its value, if there is one."""
+        """The section with a strategy, and the value of the section; None without."""
         values = self.sections.items()
         every = ((sections()[key], value) for key, value in values)
         return next((pair for pair in every if pair[0].strategy), None)
@@ -507,20 +508,20 @@ class Study:
 
     @property
     def command(self) -> str:
-        """The command that runs the study and prints what is reported of it."""
+        """The command that runs the study and prints the report."""
         return self.strategy_section[0].command if self.strategy_section else "launch"
 
     @property
     def has_design(self) -> bool:
-        """True if the points of the study are those of its axes, or begin with them."""
+        """True if the axes give the points of the study, or the initial points."""
         return self.strategy_section is None or self.rule is not None
 
     @property
     def stand_in(self) -> "Study":
-        """A study of a design with trials like those of this study.
+        """A study of a design with trials similar to the trials of this study.
 
-        It is the study itself if it has a design. Else it lacks the section with the
-        strategy, and the values that the section gives settings.
+        A study with a design is returned unchanged. Otherwise the result lacks the
+        section with the strategy, and the values that the section gives to parameters.
         """
         if self.strategy_section and (stand_in := self.strategy_section[0].stand_in):
             study: Study = stand_in(self, self.strategy_section[1])
@@ -528,7 +529,7 @@ class Study:
         return self
 
     def variants(self) -> list[StudyVariant]:
-        """Return the variants that sections ask for. Raises SpecError."""
+        """Return the variants that sections request. Raises SpecError."""
         return [
             variant
             for key, value in self.sections.items()
@@ -539,7 +540,7 @@ class Study:
     def trials_per_point(self) -> int:
         """The number of replicates or of seeds.
 
-        If a rule adds trials, their largest number.
+        If a rule adds trials, the largest number of trials per point.
         """
         if self.rule:
             return self.rule.most
@@ -548,16 +549,16 @@ class Study:
     def most_trials(self, points: int) -> int:
         """Return the largest number of trials of a study.
 
-        `points` is the number of points that the study has at first.
+        `points` is the initial number of points of the study.
         """
         if self.rule:
             return self.rule.most_trials(points)
         return points * self.trials_per_point
 
     def distribution(self, column: str) -> Declaration:
-        """Return the distribution of a column of trials, with the range of its values.
+        """Return the distribution of a column of trials, with the range of values.
 
-        It is the distribution of the metric of the column.
+        The distribution is declared by the metric of the column.
         """
         name = Column.read(column).metric
         derived = {metric.name: metric.distribution for metric in self.record.derive}
@@ -567,7 +568,7 @@ class Study:
 
     @cached_property
     def section_values(self) -> Mapping[str, SettingValues]:
-        """The values that sections give settings, by setting."""
+        """The values that sections give to parameters, by parameter."""
         return {
             setting: values
             for key, value in self.sections.items()
@@ -576,7 +577,7 @@ class Study:
 
     @property
     def continued(self) -> Axis | None:
-        """The axis along which trials are links of chains, if there is one."""
+        """The axis along which trials are links of chains; None without this axis."""
         return continued_axis(self.axes)
 
     @property
@@ -586,7 +587,7 @@ class Study:
         return (*conditions, *self.derive.values(), *self.require)
 
     def place_of(self, setting: str) -> Place | None:
-        """Return the keys in the spec of the value of a setting.
+        """Return the keys in the spec of the value of a parameter.
 
         None if the preset gives the value.
         """
@@ -610,7 +611,7 @@ def parse_spec(
     ----------
     spec : str or mapping
     path : Path, default "spec.yaml"
-        The spec is read as if it were this file.
+        The spec is read as if from this file.
     known : Catalogue, optional
         Models, metrics, maps and starts by name; by default the built-in ones.
 
@@ -625,11 +626,13 @@ def parse_spec(
 
 @cache
 def sections() -> Mapping[str, SpecSection]:
-    """Return the sections of all methods by their keys.
+    """Return the sections of all methods by key.
 
-    A section of a package is left out, with a warning, if its key is a key of a study
-    or of another method, if another section is the form of that key already, or if it
-    is recorded without the shape of its record.
+    A section of a package is left out, with a warning, for three reasons:
+
+    - The key is already a key of a study or of another method.
+    - Another section is already the form of the key.
+    - The section is recorded without the shape of the record.
     """
     own = {key.name for key in keys_of(Study, Policy)}
     by_key = dict[str, SpecSection]()
@@ -638,9 +641,9 @@ def sections() -> Mapping[str, SpecSection]:
             key = section.key.name
             taken = key in own or key in by_key
             if taken or (section.form_of and form_of(section.form_of) is not section):
-                log.warning('the section "%s" of %s: its key is taken', key, name)
+                log.warning('the section "%s" of %s: the key is taken', key, name)
             elif section.recorded and section.shape is None:
-                message = 'the section "%s" of %s: its record has no "shape"'
+                message = 'the section "%s" of %s: the record has no "shape"'
                 log.warning(message, key, name)
             else:
                 by_key[key] = section
@@ -654,10 +657,10 @@ def spec_parts() -> tuple[type[Any] | Key, ...]:
 
 
 GONE = {
-    "threads": "a trial takes one core now, as a launch keeps all cores busy with"
-    " trials; several for one were 0.36 to 1.6 times as fast; remove the line",
+    "threads": "a trial takes one core now, and a launch uses all cores. Several cores"
+    " per trial were 0.36 to 1.6 times as fast. Remove the line",
 }
-"""Keys of earlier versions, and the reasons why they were removed."""
+"""Keys of earlier versions, with the reasons for the removal."""
 
 
 def read_study(
@@ -667,9 +670,9 @@ def read_study(
 ) -> Study:
     """Return the study of a whole document.
 
-    A mistake in one key hides mistakes that depend on the key, and no others. Of an
-    unknown model only mistakes are found that a spec of any model has. A model that
-    cannot be used hides all that depends on it.
+    A mistake in one key hides only mistakes that depend on the key. For an unknown
+    model, only the mistakes that are common to all models are reported. A model that
+    cannot be used hides all mistakes that depend on the model.
 
     Parameters
     ----------
@@ -683,7 +686,7 @@ def read_study(
     Raises
     ------
     SpecError
-        All mistakes are reported together.
+        With all mistakes, if the spec is not valid.
     """
     if root.value is None:
         raise root.error("is empty")
@@ -712,7 +715,7 @@ def _as_each_model(
     known: Catalogue,
     samplers: Mapping[str, Sampler],
 ) -> Iterator[Mistakes]:
-    """Yield the mistakes of a study of each of the models.
+    """Yield the mistakes of the spec for each model in turn.
 
     Models whose names are most similar to the name in the spec are first.
     """
@@ -733,8 +736,8 @@ def _of_model(
 ) -> dict[str, Any]:
     """Return the values of a study that depend on its model, by field.
 
-    First each key is read alone. Checks of several keys come last, if all keys are
-    right. Raises SpecError.
+    First each key is read alone. If all keys are right, checks of several keys follow.
+    Raises SpecError.
     """
     mistakes = Mistakes()
     name = values["model"]
@@ -797,7 +800,7 @@ def _of_model(
     if swept is not None:
         swept = mistakes.read(_with_axes, root, added, swept)
     context = context._replace(axes=swept)
-    # What a section records may be what another one looks at.
+    # A section may look at metrics that an earlier section records.
     recording = [section for section in present if section.columns and not section.axis]
     _read_sections(root, recording, context, section_values, mistakes=mistakes)
     columns = [
@@ -856,7 +859,7 @@ def _read_sections(
     *,
     mistakes: Mistakes,
 ) -> None:
-    """Enter the values of sections that a spec has, by key, and note mistakes."""
+    """Enter the values of the sections of a spec, by key, and note mistakes."""
     for section in present:
         key = section.key.name
         with mistakes.noted():
@@ -870,13 +873,13 @@ def _check_rules(root: Entry, values: Mapping[str, Any]) -> None:
     for key in growing[1:]:
         raise root.document.error(
             sections()[key].place,
-            "one rule adds trials or points of a study:"
-            f' "{key}" cannot stand beside "{growing[0]}"',
+            "at most one section may add trials or points:"
+            f' "{key}" excludes "{growing[0]}"',
         )
 
 
 def _streams(entry: Entry | None, present: Iterable[SpecSection]) -> Streams:
-    """Return the streams; sections of the spec decide about those left out."""
+    """Return the streams. Sections of the spec decide the default kinds."""
     kinds = {
         purpose: kind
         for section in present
@@ -888,16 +891,16 @@ def _streams(entry: Entry | None, present: Iterable[SpecSection]) -> Streams:
 def _with_axes(
     root: Entry, added: Sequence[Axis], axes: tuple[Axis, ...]
 ) -> tuple[Axis, ...]:
-    """Return axes with those that sections add before them, in each design.
+    """Return the axes of each design, after the axes that sections add.
 
-    Raises SpecError if an axis of the spec has the name of an added one.
+    Raises SpecError if an axis of the spec has the name of an added axis.
     """
     names = {axis.name for axis in axes}
     for axis in added:
         if axis.name in names:
             raise root.document.error(
                 axis.place,
-                f'an axis of "sweep" is named "{axis.name}" too: rename it',
+                f'an axis of "sweep" is also named "{axis.name}": rename the axis',
             )
     return tuple(
         member
@@ -909,32 +912,32 @@ def _with_axes(
 def _check_lasting(root: Entry, record: RecordSpec, streams: Streams) -> None:
     """Raise SpecError if longer trials could not resume from the last states.
 
-    Their random numbers would be others from step 0 on.
+    The random numbers of longer trials would differ from step 0 on.
     """
     if record.last_states and (purposes := independent(streams)):
         lasting = ", ".join(f"{name}: lasting" for name in purposes)
         raise root.document.error(
             ("record", LAST_STATES),
-            "last_states are of no use: trials with more steps have other random"
-            f" numbers ({', '.join(purposes)}), and cannot go on; write"
+            "last_states has no effect: trials with more steps have different random"
+            f" numbers ({', '.join(purposes)}), and cannot resume; write"
             f" `streams: {{{lasting}}}`, or common",
         )
 
 
 def independent(streams: Streams) -> list[str]:
-    """Return the purposes whose random numbers differ at any other point."""
+    """Return the purposes whose random numbers differ from point to point."""
     return [name for name, kind in asdict(streams).items() if kind == "independent"]
 
 
 def _check_names(root: Entry, recorded: Iterable[str], settings: Iterable[str]) -> None:
-    """Raise SpecError for a metric with the name of a setting."""
+    """Raise SpecError for a metric with the name of a parameter."""
     if taken := set(settings) & set(recorded):
-        message = f"metrics have the names of settings: {', '.join(sorted(taken))}"
+        message = f"metrics have the names of parameters: {', '.join(sorted(taken))}"
         raise root.document.error(("record",), message)
 
 
 def _preset(root: Entry, model: Model) -> str:
-    """Return the preset that the spec names, or the usual one."""
+    """Return the preset that the spec names, or the default preset."""
     entry = root.get("preset")
     if entry is None:
         return usual_preset(model)
@@ -946,7 +949,7 @@ def _part(entry: Entry | None, key: str) -> Entry | None:
 
 
 def _names_in(entry: Entry | None) -> tuple[str, ...]:
-    """Return the keys of a mapping, whatever their values."""
+    """Return the keys of a mapping, or () for all other values."""
     return tuple(entry.value) if entry and isinstance(entry.value, dict) else ()
 
 
@@ -996,7 +999,7 @@ def _record(
 ) -> RecordSpec:
     """Return the record of a spec.
 
-    It has the metrics that derived ones and the columns of sections need.
+    The record includes the metrics that derived metrics and columns of sections need.
     """
     known = metrics.known
     usual = known.models[metrics.model].metrics

@@ -1,8 +1,8 @@
-"""Files in the folder of a study, and the names that a study may therefore not have.
+"""Files in the folder of a study, and the reserved names that a study may not have.
 
-The folder of a study may lie in the folder of another: study `a/b` lies in the folder
-of `a`. The results are safe if no part of a study's name is a name that results
-use.
+The folder of a study may be inside the folder of another study: the folder of study
+`a/b` is in the folder of `a`. The results are safe if no part of the name of a study is
+a name of result files.
 """
 
 import re
@@ -20,18 +20,18 @@ PLAN = "plan.parquet"
 ASKED = "asked.parquet"
 SPEC = "spec.yaml"
 CODE = re.compile(r"code-([0-9a-f]{64})\.json")
-"""Custom code by which trials were computed, a file per sha256."""
+"""Custom code of stored trials, one file per sha256."""
 SCORECARD = ("scorecard.html", "scorecard.md", "scorecard.json")
 VARIANTS = "variants.json"
 STORED = (PARTS, WRITING, DAMAGED, LOCK, CHECKPOINTS, PLAN, ASKED, SPEC)
-"""Files and folders that a launch writes; figures are drawn from them."""
+"""Files and folders that a launch writes. Figures are drawn from these files."""
 OWN = (*STORED, FIGURES, *SCORECARD, VARIANTS)
 
 SPEC_ENDINGS = (".yaml", ".yml")
-"""Endings that tell the file of a spec from the name of a study."""
+"""Endings that distinguish the file of a spec from the name of a study."""
 
 PART_NAME = re.compile(r"0[0-9]{19}-[0-9a-f]+(\+[0-9a-f]+)?")
-"""Time at which the part was stored, in ns, and a token.
+"""Name of a part: the time of storage, in ns, and a token.
 
 The first digit is 0 until the year 2286.
 """
@@ -44,7 +44,7 @@ A study of an older version may have a name of OWN.
 
 
 def _any_case(word: str) -> str:
-    """Return the pattern of a word in small or capital letters.
+    """Return the pattern of a word in lower-case or upper-case letters.
 
     A JSON Schema has no flag for case.
     """
@@ -53,7 +53,7 @@ def _any_case(word: str) -> str:
 
 
 TAKEN = re.compile("|".join([*map(_any_case, OWN), CODE.pattern]))
-"""Names that results use, within a study or beside the studies."""
+"""Names of result files, within a study or next to the studies."""
 DEVICES = "|".join(
     [
         *map(_any_case, ("con", "prn", "aux", "nul")),
@@ -63,7 +63,7 @@ DEVICES = "|".join(
 NOWHERE = re.compile(rf"(({DEVICES})(\.[^/]*)?|[^/]*\.)")
 """Names that no folder can have on Windows.
 
-Results are to be read on every system.
+Results must be readable on every system.
 """
 
 
@@ -75,23 +75,20 @@ NAME_WORDS = (
 
 
 def why_no_name(study: str) -> str:
-    """Return in words why no study can have a name.
-
-    "" if a study can.
-    """
+    """Return in words why a study cannot have a name; "" for an allowed name."""
     if not STUDY_NAME.fullmatch(study) or len(study) > MOST_NAME:
         return f'study "{shortened(study)}" is not allowed: {NAME_WORDS}'
     if taken := taken_name(study):
-        reason = "is a name that results use themselves"
+        reason = "is reserved for files of results"
         return f'study "{study}" is not allowed: "{taken}" {reason}'
     if impossible := impossible_name(study):
-        reason = "can be no folder on Windows, where its results should be read too"
+        reason = "cannot be the name of a folder on Windows"
         return f'study "{study}" is not allowed: "{impossible}" {reason}'
     return ""
 
 
 def is_own(name: str) -> bool:
-    """Return whether a file of this name in the folder of a study is the study's."""
+    """Return whether a file in the folder of a study belongs to the study, by name."""
     return name in (*STORED, FIGURES) or CODE.fullmatch(name) is not None
 
 
@@ -106,7 +103,7 @@ def impossible_name(study: str) -> str | None:
 
 
 def taken_name(study: str) -> str | None:
-    """Return the first part of a study's name that is TAKEN."""
+    """Return the first part of the name of a study that is TAKEN; None without one."""
     return next(filter(TAKEN.fullmatch, study.split("/")), None)
 
 
@@ -118,7 +115,7 @@ def launched_studies(results: Path) -> list[str]:
 def studies_below(results: Path, *depths: str) -> list[str]:
     """Return the studies in a folder, by patterns of their depth.
 
-    A study that a process writes, or has left in `writing`, has no valid name.
+    Unfinished studies, in a folder `writing`, have no valid name and are left out.
     """
     plans = (plan for depth in depths for plan in results.glob(depth + PLAN))
     names = (plan.parent.relative_to(results).as_posix() for plan in plans)

@@ -1,7 +1,7 @@
-"""Units of expressions: combined as the numbers are, or rejected.
+"""Units of expressions: combined in the same way as the numbers, or rejected.
 
-A literal number has no unit of its own. In a sum or a comparison it takes the unit of
-the other parts, as in `100 - coverage`, and elsewhere none.
+In a sum or a comparison, a literal number has the unit of the remaining parts, for
+example in `100 - coverage`. Elsewhere a literal number has no unit.
 """
 
 import ast
@@ -18,13 +18,13 @@ Unit = dict[str, Fraction]
 NO_UNIT: Unit = {}
 FACTOR = re.compile(r"(?P<over>/)?(?P<base>[^*/^]+)(\^(?P<power>[0-9.]+))?")
 MOST_POWER = 20
-"""Largest power of a unit. A larger one is a mistake."""
+"""Largest power of a unit. A larger power is a mistake."""
 SIMPLEST = 12
 """Largest denominator of a power, so that roots of roots have units."""
 
 
 def parsed(text: str) -> Unit:
-    """Return the unit of a text such as "px^2/step^2" or "1/s".
+    """Return the unit of a string such as "px^2/step^2" or "1/s".
 
     >>> parsed("px/step")
     {'px': Fraction(1, 1), 'step': Fraction(-1, 1)}
@@ -39,7 +39,7 @@ def parsed(text: str) -> Unit:
 
 
 def written_out(unit: Unit) -> str:
-    """Return the text of a unit, such as "px^2/step".
+    """Return the string of a unit, such as "px^2/step".
 
     >>> written_out({"step": Fraction(-1), "px": Fraction(1, 2)})
     'px^0.5/step'
@@ -67,7 +67,7 @@ def _raised(unit: Unit, power: Fraction) -> Unit:
 def unit_of(tree: ast.expr, known: Mapping[str, Setting]) -> str:
     """Return the unit of a checked expression over `known`, "" for none.
 
-    Raises ExpressionError if units do not fit together.
+    Raises ExpressionError for incompatible units.
     """
     return written_out(_Combining(known).unit(tree) or NO_UNIT)
 
@@ -75,7 +75,7 @@ def unit_of(tree: ast.expr, known: Mapping[str, Setting]) -> str:
 class _Combining:
     """Finder of the unit of every part of an expression.
 
-    None is the unit of a part of literal numbers alone.
+    A part with only literal numbers has the unit None.
     """
 
     def __init__(self, known: Mapping[str, Setting]) -> None:
@@ -129,14 +129,14 @@ class _Combining:
             return unit if exponent is None else NO_UNIT
         if exponent is not None:
             raise ExpressionError(
-                f"{_in(base, unit)}: its power must be a number that stands there, not"
+                f"{_in(base, unit)}: the power must be a literal number, not"
                 f' "{ast.unparse(power)}"; {self._way_out(base, unit)}'
             )
         number = float(evaluate(power, {}, 1)[0])
         simple = Fraction(number).limit_denominator(SIMPLEST)
         if abs(number) > MOST_POWER or abs(simple - number) > 1e-9:
             raise ExpressionError(
-                f"{_in(base, unit)}: its power must be a whole number or a simple"
+                f"{_in(base, unit)}: the power must be an integer or a simple"
                 f" fraction, at most {MOST_POWER}, not {number:g}"
             )
         return _raised(unit, simple)
@@ -158,9 +158,9 @@ class _Combining:
             )
 
     def _equal(self, parent: ast.expr, nodes: Iterable[ast.expr]) -> Unit | None:
-        """Return the unit that all parts have.
+        """Return the common unit of all parts.
 
-        Literal numbers take the unit of the other parts.
+        Literal numbers take the unit of the remaining parts.
         """
         having = [
             (node, unit)
@@ -181,9 +181,9 @@ class _Combining:
         return unit
 
     def _way_out(self, node: ast.expr, unit: Unit) -> str:
-        """Return how a part loses its unit.
+        """Return the fix in words: a division that removes the unit of a part.
 
-        It is divided by a setting, or a metric, of its unit.
+        The divisor is a parameter or a metric of an equal unit.
         """
         text = ast.unparse(node)
         quotient = text if isinstance(node, ast.Name) else f"({text})"
@@ -195,8 +195,8 @@ class _Combining:
             ),
             "",
         )
-        example = f', as in "{quotient} / {divisor}"' if divisor else ""
-        return f"divide by something in {written_out(unit)}{example}"
+        example = f', for example "{quotient} / {divisor}"' if divisor else ""
+        return f"divide by a value in {written_out(unit)}{example}"
 
 
 def _in(node: ast.expr, unit: Unit) -> str:

@@ -1,9 +1,9 @@
-"""Samples whose points count only together.
+"""Samples whose analysis needs all points.
 
-They are the blocks of Saltelli, for Sobol indices, and the trajectories of Morris.
-SALib makes them (Herman and Usher 2017, Journal of Open Source Software 2(9), 97), an
-optional extra. Both are samples of the unit cube; every distribution of
-`sweep.spec.distributions` stretches its sides.
+The samples are the blocks of Saltelli, for Sobol indices, and the trajectories of
+Morris. SALib, an optional extra, draws the samples (Herman and Usher 2017, Journal of
+Open Source Software 2(9), 97). The points are in the unit cube. Every distribution of
+`sweep.spec.distributions` can stretch the sides of the cube.
 """
 
 import math
@@ -29,15 +29,15 @@ from sweep.spec.schema_parts import Schema
 from sweep.text import installing
 
 Problem = dict[str, Any]
-"""Settings in SALib's form: `num_vars`, `names` and `bounds`."""
+"""Parameters in the form of SALib: `num_vars`, `names` and `bounds`."""
 
 LEVELS = 4
 MOST_LEVELS = 1000
 TAIL = 0.005
-"""Probability beyond the outermost levels of a setting without bounds.
+"""Probability beyond the outermost levels of a parameter without bounds.
 
-A normal distribution has no ends: its outermost levels in Morris's grid are the 0.5
-and the 99.5 % quantile.
+A normal distribution has no bounds. The outermost levels of a Morris sample are the
+0.5 % and the 99.5 % quantiles.
 """
 
 SALIB = Package("SALib", installing("sensitivity"))
@@ -49,11 +49,11 @@ class Levels(Content[int]):
 
     @property
     def words(self) -> str:
-        """The allowed values, in words."""
+        """The allowed values in words."""
         return f"an even number from 2 to {MOST_LEVELS:,}"
 
     def read(self, entry: Entry) -> int:
-        """Return the value of an entry. Raise SpecError if it is not allowed."""
+        """Return the number of levels of an entry, or raise SpecError."""
         levels = entry.whole(2, MOST_LEVELS)
         if levels % 2:
             raise entry.expected(
@@ -72,14 +72,14 @@ class SampleBlocks:
 
     Attributes
     ----------
-    words
-        Name of such blocks, in the plural.
-    count
+    words : str
+        Name of the blocks, in the plural.
+    count : int
         Number of blocks.
-    size
+    size : int
         Points per block.
-    levels
-        Number of values of a setting in a grid. None without a grid.
+    levels : int, optional
+        Number of values of a parameter in a grid. None without a grid.
     """
 
     words: str
@@ -88,7 +88,7 @@ class SampleBlocks:
     levels: int | None = None
 
     def note(self, axis: str) -> str:
-        """Return the number of points and its reason, for the plan."""
+        """Return the number of points, with the calculation, for the plan."""
         points = self.count * self.size
         return (
             f"{axis}: {self.count:,} {self.words} of {self.size} points each"
@@ -110,7 +110,7 @@ def read_blocks(
     rules : BlockRules
         Rules of the sampler.
     settings : int
-        Number of settings that the axis varies.
+        Number of parameters that the axis varies.
 
     Raises
     ------
@@ -120,14 +120,14 @@ def read_blocks(
     """
     if "when" in entry.value:
         raise entry.child("when").error(
-            f"a {sampler} sample cannot have a when: it needs all of its points"
+            f"a {sampler} sample cannot have when: the analysis needs all points"
         )
     count = entry.child("points").whole(2, MOST_POINTS)
     formula, levels = rules.read(entry)
     size = formula.of(settings)
     if count * size > MOST_POINTS:
         raise entry.child("points").error(
-            f"{count:,} times {formula} for D = {settings} settings makes"
+            f"{count:,} times {formula} for D = {settings} parameters makes"
             f" {count * size:,} points; at most {MOST_POINTS:,} are allowed"
         )
     check_cells(entry.child("points"), count * size, settings)
@@ -159,15 +159,16 @@ def _problem(cube: UnitCube) -> Problem:
 
 
 def saltelli(cube: UnitCube) -> list[Unit]:
-    """Draw Saltelli's blocks.
+    """Draw the blocks of Saltelli.
 
-    A block is A, A with a setting of B each, for pairs B with a setting of A each, and
-    B. A and B are halves of a point of the scrambled Sobol sequence. More blocks
-    continue the sample. Another setting changes all of it.
+    A and B are the two halves of a point of the scrambled Sobol sequence. A block
+    begins with A, and then has A with each single parameter from B. For indices of
+    pairs, B with each single parameter from A follows. The last point is B. More blocks
+    continue the sample. An additional parameter changes all points.
     """
     from SALib.sample import sobol
 
-    # scipy warns of a number that is no power of two, so we take the next one and cut.
+    # scipy warns if the number is not a power of two: draw the next power, and cut.
     power = 2 ** math.ceil(math.log2(cube.points))
     pairs = cube.size == PAIRS.of(len(cube.names))
     drawn = sobol.sample(
@@ -177,10 +178,10 @@ def saltelli(cube: UnitCube) -> list[Unit]:
 
 
 def morris(cube: UnitCube) -> list[Unit]:
-    """Draw Morris's trajectories.
+    """Draw the trajectories of Morris.
 
-    Each step of a trajectory changes one setting by half of its levels. More
-    trajectories continue the sample. Another setting changes all of it.
+    Each step of a trajectory changes one parameter by half of the levels. More
+    trajectories continue the sample. An additional parameter changes all points.
     """
     from SALib.sample import morris
 
@@ -192,7 +193,7 @@ def morris(cube: UnitCube) -> list[Unit]:
         num_levels=cube.levels,
         seed=cube.generator(),
     )
-    # The same level is reached by different sums: rounding makes equal points equal.
+    # Different sums reach the same level. Rounding makes these points equal.
     units = np.rint(drawn.T * steps) / steps
     return [
         TAIL + (1.0 - 2.0 * TAIL) * unit if name in cube.unbounded else unit
@@ -202,7 +203,7 @@ def morris(cube: UnitCube) -> list[Unit]:
 
 SECOND_ORDER = Key(
     Truth(),
-    "of saltelli; false: blocks of D + 2 points for D settings, not 2 D + 2, and no"
+    "for saltelli; false: blocks of D + 2 points for D parameters, not 2 D + 2, without"
     " indices of pairs",
     name="second_order",
     otherwise="true",
@@ -210,7 +211,7 @@ SECOND_ORDER = Key(
 )
 GRID_LEVELS = Key(
     Levels(),
-    "of morris: number of values of a setting",
+    "for morris: number of values per parameter",
     name="levels",
     otherwise=f"{LEVELS}",
     example="6",

@@ -1,7 +1,7 @@
-"""Trials that a search has asked for, as a column of its plan: a list for each trial.
+"""Requests of a search as a column of the plan: a list of requests for each trial.
 
-A trial may be asked for more than once. So the plan and the requests are one file,
-which is replaced in one step.
+A search may request a trial more than once. One file contains the plan and the
+requests, so both change in one step.
 """
 
 import numpy as np
@@ -14,22 +14,22 @@ from sweep.store.locations import Location
 ASKED_FOR = "asked for"
 """Name of the column.
 
-Its blank keeps it apart from parameters, which are columns too.
+The blank distinguishes the name from parameters, which are columns too.
 """
 ROW = "row"
-"""Number of a request in the table of all requests, next to its other columns."""
+"""Number of a request in the table of all requests."""
 
 
 def with_asked(plan: pa.Table, requests: pa.Table) -> pa.Table:
-    """Return the plan with a column of what a search has asked for.
+    """Return the plan with a column of the requests of a search.
 
     Parameters
     ----------
     plan : Table
         One row per trial, with its `trial_id`.
     requests : Table
-        One row per request, with the `trial_id` of a trial of the plan. Its metadata
-        become those of the column.
+        One row per request, with the `trial_id` of a trial of the plan. The column gets
+        the metadata of this table.
 
     Raises
     ------
@@ -39,7 +39,7 @@ def with_asked(plan: pa.Table, requests: pa.Table) -> pa.Table:
     ids = plan["trial_id"].combine_chunks()
     places = pc.index_in(requests["trial_id"].combine_chunks(), value_set=ids)
     if places.null_count:
-        raise ValueError("a search can ask only for trials of its plan")
+        raise ValueError("a search can request only trials of the plan")
     numbers = places.to_numpy()
     ends = np.cumsum(np.bincount(numbers, minlength=len(ids)))
     rows = requests.drop_columns("trial_id").append_column(
@@ -56,16 +56,16 @@ def with_asked(plan: pa.Table, requests: pa.Table) -> pa.Table:
 
 
 def asked_in(plan: pa.Table, file: Location, remedy: str) -> pa.Table:
-    """Return what a search has asked for, from a plan with such a column, in its order.
+    """Return the requests of a search from the column of a plan, in their order.
 
     Parameters
     ----------
     plan : Table
-        Its columns `trial_id` and ASKED_FOR.
+        The columns `trial_id` and ASKED_FOR of the plan.
     file : Location
         File of the plan, for the error.
     remedy : str
-        How to fix it, for the error.
+        How to fix the file, for the error.
 
     Raises
     ------

@@ -1,11 +1,14 @@
-"""Limits of what a stored table may unpack to.
+"""Limits on the unpacked size of a stored table.
 
-They are read from its footer before memory is taken. A parquet file of a megabyte can
-hold billions of equal rows. Plans, and the trials of a part, have an id in each row, of
-24 hexadecimal digits of a hash. No compression brings those below 12 bytes. So the size
-of the file bounds the number of its rows, whatever the size of the study. Series,
-heatmaps and trajectories of quiet swarms compress well, so their files may be small.
-They are bounded by the memory of this machine, which could not hold more anyway.
+The limits are checked by the footer of the file, before memory is allocated. A parquet
+file of one megabyte can hold billions of equal rows.
+
+Plans, and the trials of a part, have an id in each row: 24 hexadecimal digits of a
+hash. No compression reduces an id below 12 bytes. So the size of the file bounds the
+number of rows, whatever the size of the study.
+
+Series, heatmaps and trajectories of quiet swarms compress well, so small files may have
+many rows. The memory of this machine is their limit.
 """
 
 from typing import Any
@@ -15,8 +18,8 @@ from sweep.spec import ASKED, PLAN
 ROW_BYTES = {PLAN: 8, "trials.parquet": 8, ASKED: 1}
 """Least bytes of a row in files with ids.
 
-In the last of them one trial may have several rows. So it may in lists of a plan, where
-a value takes a byte or more.
+In the last file a trial may have several rows. A trial may also have several entries in
+lists of a plan, where a value takes a byte or more.
 """
 FREE_ROWS = 100_000
 """Number of rows that a file of any size may have."""
@@ -37,9 +40,9 @@ def excess_rows(name: str, metadata: Any, size: int) -> str:
     """
     rows = _rows(metadata)
     if name in ROW_BYTES and rows > FREE_ROWS + size // ROW_BYTES[name]:
-        return f"{rows:,} rows with an id each cannot lie in {size:,} bytes"
+        return f"{rows:,} rows with an id each cannot fit in {size:,} bytes"
     if name in ROW_BYTES and (values := _values(metadata)) > FREE_ROWS + size:
-        return f"{values:,} values of lists cannot lie in {size:,} bytes"
+        return f"{values:,} values of lists cannot fit in {size:,} bytes"
     return ""
 
 
@@ -49,7 +52,7 @@ def excess_bytes(metadata: Any) -> str:
     unpacked = max(packed, CELL_BYTES * _rows(metadata) * metadata.num_columns)
     room = _memory()
     if unpacked > room:
-        return f"it unpacks to {unpacked:,} bytes, this machine has {room:,}"
+        return f"unpacks to {unpacked:,} bytes; this machine has {room:,} bytes"
     return ""
 
 
@@ -64,7 +67,7 @@ def _rows(metadata: Any) -> int:
 
 
 def _values(metadata: Any) -> int:
-    """Return the most values that a column has: more than rows where it has lists."""
+    """Return the largest number of values in a column: with lists, more than rows."""
     groups = _groups(metadata)
     return max(
         (

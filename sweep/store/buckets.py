@@ -1,24 +1,28 @@
 """A study in an object store.
 
-Nothing is renamed there, so a part exists once its manifest does.
+An object store cannot rename an object, so a part exists once its manifest exists.
 
     parts/<part id>/trials.parquet, ...  uploaded first, in any state
-    parts/<part id>/manifest.json        uploaded last: without it there is no part
+
+    parts/<part id>/manifest.json        uploaded last: completes the part
+
     damaged/<part id>/                   copies of a part that could not be read
 
-The server must promise two things: an upload replaces an object whole or not at all,
-and whoever reads or lists after the upload has ended sees it (Amazon since 2020, MinIO,
-Ceph). Then a crash between any two requests costs nothing. Tables without a manifest
-belong to nobody, and their trials count as not run. A merged part exists once its
-manifest does; the list of the parts that it replaces is uploaded before. From then on
-these parts are ignored, whether they are deleted or not. To delete a part, its manifest
-is deleted first: its tables then belong to nobody. A part that is set aside is copied
-first and deleted then. A manifest may exist although its upload was not confirmed: then
-its trials are stored twice, and the later part counts. Tables that belong to nobody are
-deleted by a launch of the whole study, an hour after they were uploaded by the clock of
-the server: by then nobody can be about to upload their manifest.
+The store relies on two properties of the server (Amazon since 2020, MinIO, Ceph). An
+upload replaces an object whole or not at all. Reads and listings after the end of an
+upload show the new object. Then a crash between any two requests loses no stored trial.
 
-Parts are made in a local folder. Small files are replaced whole by one upload.
+- Tables without a manifest are orphans; their trials count as not run.
+- A merged part lists the parts that it replaces. The list is uploaded before the
+  manifest. Once the manifest exists, replaced parts are ignored, deleted or not.
+- Deletion of a part starts with the manifest, so that its tables become orphans.
+- A part that is set aside is copied first and then deleted.
+- A manifest may exist although the upload was not confirmed. Then trials are stored
+  twice, and the later part counts.
+- A launch of the whole study deletes orphans one hour after the upload, by the clock
+  of the server. By then no process can still be about to upload the manifest.
+
+Parts are made in a local folder. One upload replaces a small file as a whole.
 """
 
 import tempfile
@@ -68,9 +72,9 @@ class Bucket:
             ) from error
 
     def parts(self) -> list[Location]:
-        """Return all parts, those with a manifest, oldest first, with their objects.
+        """Return all parts that have a manifest, oldest first, with their objects.
 
-        It takes one request.
+        One request lists all parts.
         """
         listed = patiently(self._parts.listed)
         parts = [
@@ -93,7 +97,7 @@ class Bucket:
         Returns
         -------
         Location
-            Place of the part, with its objects as if they were listed.
+            Location of the part, with its objects as a listing returns them.
         """
         files = sorted(
             staged.iterdir(), key=lambda file: (file.name == MANIFEST, file.name)
@@ -105,7 +109,7 @@ class Bucket:
         return ObjectPath(self.root.server, f"{self._parts.key}/{name}", objects)
 
     def put(self, staged: Path) -> None:
-        """Upload a staged file, which replaces that of the same name in the study."""
+        """Upload a staged file, which replaces the file of this name in the study."""
         _upload(staged, self.root / staged.name)
 
     def remove(self, name: str) -> None:
@@ -114,7 +118,7 @@ class Bucket:
 
     @contextmanager
     def fetched(self, parts: list[Location]) -> Iterator[list[Location]]:
-        """Download parts to where they can be read often and fast, for the context."""
+        """Download parts into a local folder, where reads are fast, for the context."""
         with self.staging("fetched") as folder:
             for part in parts:
                 (folder / part.name).mkdir()
@@ -123,19 +127,19 @@ class Bucket:
             yield [folder / part.name for part in parts]
 
     def discard(self, part: Location) -> None:
-        """Delete a part: first the manifest, so it is gone at once, then its tables."""
+        """Delete a part: first the manifest, which ends the part, then the tables."""
         place = self._parts / part.name
         _delete(place / MANIFEST)
         _delete_below(place)
 
     def set_aside(self, part: Location) -> Location | None:
-        """Copy a part below damaged/, then delete it.
+        """Copy a part below damaged/, then delete the original.
 
-        Returns its new place; None if the part is gone.
+        Returns the new location; None if the part is gone.
         """
         place = self.root / DAMAGED / part.name
         sources: list[Location] = [*part.iterdir()]
-        # Whoever deletes the part begins with its manifest: then nothing is copied.
+        # Deletion of a part begins with its manifest: then no object is copied.
         sources.sort(key=lambda file: file.name != MANIFEST)
         try:
             for source in sources:
@@ -148,7 +152,7 @@ class Bucket:
     def tidy(self, *, alone: bool) -> None:
         """Delete old tables without a manifest and old graves of claims.
 
-        Nothing is deleted unless this launch works `alone` on the study.
+        Does nothing unless this launch works `alone` on the study.
         """
         if not alone:
             return
@@ -164,7 +168,7 @@ class Bucket:
                 _delete(grave)
 
     def content(self) -> dict[str, int]:
-        """Return the bytes of the study by the first name below it; not of its lock."""
+        """Return the bytes of the study, without the lock, by first name below it."""
         sizes = Counter[str]()
         for key, listed in self._own().items():
             sizes[key.partition("/")[0]] += listed.st_size
@@ -173,9 +177,9 @@ class Bucket:
     def rename(self, target: ObjectPath) -> None:
         """Copy the study below the prefix `target`, its plan last, then delete it here.
 
-        Without a plan nothing is a study, so there is always one of the two, or for a
-        moment both. After a crash the same call resumes. Raises StoreError if anything
-        else exists below `target`.
+        A study exists only with a plan. So at any time at least one of the two copies
+        is a study. After a crash a repeated call resumes. Raises StoreError if further
+        objects exist below `target`.
         """
         objects = self._own()
         foreign = [
@@ -193,19 +197,22 @@ class Bucket:
     def delete(self) -> None:
         """Delete the study, its plan first.
 
-        The manifest of each part goes before its tables. Its lock and everything else
-        below the prefix stay.
+        The manifest of each part is deleted before the tables. The lock, and objects
+        below the prefix that are not part of the study, stay.
         """
         for key in sorted(self._own(), key=_place):
             _delete(ObjectPath(self.root.server, f"{self.root.key}/{key}"))
 
     def left(self) -> list[str]:
-        """Return the names below the prefix, which is gone with the last of them."""
+        """Return the names below the prefix, without the lock.
+
+        A prefix without objects does not exist.
+        """
         listed = patiently(self.root.listed)
         return sorted(path.name for path in listed.iterdir() if path.name != LOCK)
 
     def _own(self) -> dict[str, ListedObject]:
-        """Return the objects of the study, without its lock, by their keys below it."""
+        """Return the objects of the study by key below its prefix, without the lock."""
         objects = patiently(self.root.listed).objects or {}
         first = {key: key.partition("/")[0] for key in objects}
         return {
@@ -218,10 +225,10 @@ class Bucket:
 class LockObjects:
     """Claims as objects.
 
-    An object store cannot change an object only if it still exists. So whoever deletes
-    a claim first uploads a mark, its grave. A claim with a grave is void for everybody,
-    even if a late upload brings it back. Its owner looks for a grave after each change
-    of its own.
+    An object store has no update that requires an existing object. So a process that
+    deletes a claim first uploads a mark, the grave. A claim with a grave is void, even
+    if a late upload creates the claim again. The owner of a claim checks for a grave
+    after each of its changes.
     """
 
     def __init__(self, folder: ObjectPath) -> None:
@@ -242,7 +249,7 @@ class LockObjects:
         _write(self._folder / f"{token}.json", text.encode())
 
     def _listed(self) -> tuple[set[str], set[str]]:
-        """Return the tokens of claims, and those with a grave."""
+        """Return the tokens of claims, and the tokens of graves."""
         names = [path.name for path in self._folder.iterdir()]
         claims = {
             name.removesuffix(".json") for name in names if name.endswith(".json")
@@ -261,14 +268,14 @@ class LockObjects:
         return claim_text(self._folder / f"{token}.json")
 
     def update(self, token: str, text: str) -> bool:
-        """Write the claim first, then look for a grave.
+        """Write the claim first, then check for a grave.
 
-        So a grave that was left before our write is always seen.
+        So this call notices every grave that existed before the write.
 
         Parameters
         ----------
         token : str
-            Token of the own claim.
+            Token of the claim of this process.
         text : str
             New content of the claim.
 
@@ -281,7 +288,7 @@ class LockObjects:
         return token not in self._listed()[1]
 
     def touch(self, token: str) -> bool:
-        """Write the claim again, unless it is gone; then return False."""
+        """Write the claim again; return False if the claim is gone."""
         if token not in self.tokens():
             return False
         _write(self._folder / f"{token}.json", self._text_written.encode())
@@ -290,7 +297,7 @@ class LockObjects:
     def touched(self, token: str) -> int | None:
         """Return when the claim was last written, in ns by the server's clock.
 
-        None if it is gone.
+        Returns None if the claim is gone.
         """
         try:
             return (self._folder / f"{token}.json").stat().st_mtime_ns
@@ -298,15 +305,15 @@ class LockObjects:
             return None
 
     def evict(self, token: str) -> None:
-        """Leave a grave first: it holds even if the owner writes its claim again."""
+        """Upload a grave, which stays valid after later writes; delete the claim."""
         _write(self._folder / f"{token}{GRAVE}", b"")
         _delete(self._folder / f"{token}.json")
 
     def withdraw(self, token: str) -> None:
-        """Delete the own claim.
+        """Delete the claim of this process.
 
-        If the server is away the claim stays there. Others see that its process is
-        dead, or that it is no longer touched.
+        If the server does not answer, the claim stays. Other processes notice that the
+        owner is dead, or that the claim is no longer touched.
         """
         with suppress(StoreError, FileNotFoundError):
             path = self._folder / f"{token}.json"
@@ -314,15 +321,15 @@ class LockObjects:
 
 
 def _place(key: str) -> tuple[bool, bool, str]:
-    """Return the key by which the objects of a study are sorted.
+    """Return the sort key of an object of a study.
 
-    First its plan, then manifests, then the tables that these list.
+    The plan is first, then come manifests, then tables.
     """
     return key != PLAN, key.rpartition("/")[2] != MANIFEST, key
 
 
 def _age(objects: Mapping[str, ListedObject] | None, now: int) -> float:
-    """Return the seconds since the youngest of the objects was written."""
+    """Return the seconds since the newest object was written."""
     times = (listed.st_mtime_ns for listed in (objects or {}).values())
     return (now - max(times, default=now)) / 1e9
 
@@ -351,17 +358,17 @@ def _download(path: ObjectPath | Path, file: Path) -> None:
     )
     if len(content) != size:
         raise StoreError(
-            f"{path}: not the object of {size:,} bytes that was listed;"
-            " nothing of it is used"
+            f"{path}: does not have the {size:,} bytes that the server listed;"
+            " the object is not used"
         )
     with create(file) as new:
         new.write(content)
 
 
 def _read(stream: Any, most: int) -> bytes:
-    """Return the bytes that arrive, at most `most` of them.
+    """Return the bytes of a stream, at most `most` bytes.
 
-    Memory is taken as they arrive, not for the size that was announced.
+    Memory is allocated as bytes arrive, not for the announced size.
     """
     content = bytearray()
     while arrived := stream.read(min(READ_BYTES, most - len(content))):

@@ -1,13 +1,13 @@
-"""Files and names that outlive a loss of power: the disk holds what was flushed.
+"""Files and names that survive a loss of power, because they are flushed to the disk.
 
-Flushing a file saves its content; flushing a folder saves the names in it. So a new
-file is safe when first its content is flushed, and then its name in each folder on the
-way to it.
+A flush of a file saves the content. A flush of a folder saves the names in the folder.
+So a new file is safe after two steps: first a flush of the content, then a flush of
+each folder of the path.
 
-Windows has no way to flush the names in a folder. Some file systems have none either,
-such as those of networks and in user space. One that keeps a journal, such as NTFS,
-holds the names soon after. Where a file system reports that it has no way, the log has
-one warning.
+Windows cannot flush the names in a folder. Some file systems, such as network file
+systems and file systems in user space, cannot do this either. A file system with a
+journal, such as NTFS, saves the names soon after. If a file system reports that folders
+cannot be flushed, the log has a single warning.
 """
 
 import errno
@@ -22,17 +22,17 @@ LOG = logging.getLogger("sweep")
 HAS_NO_WAY = {errno.EINVAL, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP}
 """Errors of a file system that cannot flush folders.
 
-All others, such as EIO and ENOSPC, mean that it has tried, and that something may be
-lost already.
+All further errors, such as EIO and ENOSPC, mean that a flush was tried and failed, so
+data may be lost already.
 """
 SAID = "BOIDSWEEP_FLUSHES_NO_FOLDERS"
-"""Variable of the environment that notes the warning. Worker processes inherit it."""
+"""Environment variable that notes the warning, and that worker processes inherit."""
 
 
 def flush(descriptor: int) -> None:
     """Flush the content of an open file, or the names in an open folder, to the disk.
 
-    On macOS fsync only hands it to the drive, which may keep it in memory of its own.
+    On macOS fsync only passes data to the drive, which may keep the data in a cache.
     Raises OSError.
     """
     if sys.platform == "darwin":
@@ -45,7 +45,7 @@ def flush(descriptor: int) -> None:
 
 
 def flush_names(descriptor: int) -> None:
-    """Flush the names in an open folder, where its file system has a way to do that.
+    """Flush the names in an open folder, if its file system can do this.
 
     Raises OSError.
     """
@@ -58,13 +58,13 @@ def flush_names(descriptor: int) -> None:
             os.environ[SAID] = "1"
             LOG.warning(
                 "this file system cannot flush a folder to the disk (%s): a power cut"
-                " may cost the last part that is stored; launch the study again then",
+                " may lose the last stored part; after one, launch the study again",
                 error.strerror,
             )
 
 
 def flush_to_disk(path: Path) -> None:
-    """Flush a file's content, or the names in a folder, to the disk.
+    """Flush the content of a file, or the names in a folder, to the disk.
 
     Raises OSError.
     """
@@ -72,7 +72,7 @@ def flush_to_disk(path: Path) -> None:
     if not hasattr(os, "O_DIRECTORY"):  # folders cannot be opened
         if path.is_dir():
             return
-        flags = os.O_RDWR  # by which alone Windows flushes
+        flags = os.O_RDWR  # Windows flushes only writable files
     descriptor = os.open(path, flags)
     try:
         is_folder = stat.S_ISDIR(os.fstat(descriptor).st_mode)
@@ -93,17 +93,17 @@ def move_durably(source: Path, target: Path) -> None:
 
 
 def make_folder(path: Path) -> None:
-    """Make a folder in one that exists; afterwards the disk holds its name.
+    """Make a folder in an existing folder; afterwards the disk holds the name.
 
     Raises OSError.
     """
     path.mkdir(exist_ok=True)
-    with suppress(PermissionError):  # only who may read a folder can flush it
+    with suppress(PermissionError):  # a flush needs the right to read the folder
         flush_to_disk(path.parent)
 
 
 def make_folders(path: Path) -> None:
-    """Make a folder, and those above it; afterwards the disk holds their names.
+    """Make a folder and all parents; afterwards the disk holds the names.
 
     If the folder exists, nothing is flushed. Raises OSError.
     """
@@ -116,7 +116,7 @@ def _hold(path: Path) -> None:
     if not path.is_dir():
         make_folders(path)
         return
-    # Whoever made it may have been killed before the disk held its name. But it may
-    # also be somebody else's, in a place that nobody can flush.
+    # The process that made the folder may have been killed before the flush. But the
+    # folder may also belong to another user, in a folder that cannot be flushed.
     with suppress(OSError):
         flush_to_disk(path.parent)

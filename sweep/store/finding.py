@@ -12,7 +12,7 @@ from sweep.text import choices
 def stored_names(results: Location) -> list[str]:
     """Return the names of the studies in a folder, or below a prefix, sorted.
 
-    In a folder they are at most three folders deep.
+    In a folder the search is at most three folders deep.
     """
     if isinstance(results, Path):
         return launched_studies(results)
@@ -22,9 +22,9 @@ def stored_names(results: Location) -> list[str]:
 
 
 def no_study(place: Location, results: Location) -> StoreError:
-    """Return the error that no study is stored in a place below `results`.
+    """Return the error that no study is stored in a location below `results`.
 
-    It lists the studies that are stored, or the name that a spec gives to its study.
+    The error lists the stored studies, or the name that a spec gives to its study.
     """
     if isinstance(results, Path):
         check_folder(results)
@@ -41,9 +41,9 @@ def no_study(place: Location, results: Location) -> StoreError:
 def check_folder(results: Path) -> None:
     """Raise StoreError if there is no such folder of results."""
     if not results.is_dir():
-        flaw = "is no folder" if results.exists() else "no such folder of results"
+        flaw = "is not a folder" if results.exists() else "no such folder of results"
         raise StoreError(
-            f"{results}: {flaw}; name another one, or launch a study first"
+            f"{results}: {flaw}; choose another folder, or launch a study first"
         )
 
 
@@ -54,16 +54,16 @@ def _name(place: Location, results: Location) -> str:
 
 
 def _named_by(spec: Path) -> str:
-    """Return how a spec, whose file was given as a study, names its study."""
+    """Return the study names in a spec whose file was given as a study, in words."""
     if names := studies_of(spec):
         return f"{spec} is a spec, of the study {' and '.join(names)}"
-    return "a study is named as its spec says, and not as the file of that"
+    return "use the name after `study` in the spec, not the name of the file"
 
 
 def studies_of(spec: Path) -> list[str]:
     """Return the names of the studies that the file of a spec describes.
 
-    There are none if it cannot be read.
+    The list is empty if the file cannot be read.
     """
     try:
         roots = read_documents(spec)

@@ -1,16 +1,17 @@
 """A study in a folder of a file system.
 
-New files are written next to their place, flushed to the disk and renamed.
+New files are written into a folder of their process, flushed to the disk and renamed.
 
     <study>/parts/<part id>/                a part
-    <study>/writing/<here>~<pid>~<name>/    what a process is writing, or left behind
+    <study>/writing/<here>~<pid>~<name>/    unfinished files of a process
     <study>/damaged/<part id>/              a part that could not be read
 
-A rename within a file system happens whole or not at all, whatever crashes. With a
-flush before and after, it also survives a loss of power. Below the results, the folder
-that the user has named, nothing is written through symbolic links. This is checked
-before each write, so it does not help against somebody who changes these folders at the
-same moment.
+A rename within a file system happens whole or not at all, even in a crash. With a flush
+before and after, a rename also survives a loss of power.
+
+Below the results folder that the user has named, the store does not write through
+symbolic links. The check runs before each write. So the check does not protect against
+a process that changes these folders at the same moment.
 """
 
 import os
@@ -40,13 +41,13 @@ from sweep.store.processes import here, started
 
 STAGED_NAME = re.compile(r"[^~]+~[0-9]+~.+")
 LEFTOVER_SECONDS = 3600.0
-"""Age, by the clock of the place, from which nobody resumes an unfinished file."""
+"""Age, by the clock of the file system or server, of unfinished files to delete."""
 
 
 class Folder:
-    """Place of a study in the folder `root`, which may be made by the first write.
+    """Place of a study in the folder `root`, which the first write makes if needed.
 
-    `results` is the folder above it that the user has named.
+    `results` is the folder above `root` that the user has named.
     """
 
     def __init__(self, root: Path, results: Path) -> None:
@@ -93,7 +94,7 @@ class Folder:
         return [*_folders(self._parts, PART_NAME)]
 
     def commit(self, staged: Path, name: str) -> Location:
-        """Turn a staged folder into a part, in one step, and return its place.
+        """Turn a staged folder into a part, in one step, and return its location.
 
         Parameters
         ----------
@@ -111,11 +112,11 @@ class Folder:
         return part
 
     def put(self, staged: Path) -> None:
-        """Turn a staged file into that of the same name in the study, in one step."""
+        """Move a staged file into the study, in one step, and replace an older file."""
         move_durably(staged, self.root / staged.name)
 
     def remove(self, name: str) -> None:
-        """Delete a file of the study, if it exists; the disk holds that it is gone."""
+        """Delete a file of the study, if it exists, and flush the folder."""
         try:
             (self.root / name).unlink()
             flush_to_disk(self.root)
@@ -128,7 +129,7 @@ class Folder:
 
     @contextmanager
     def fetched(self, parts: list[Location]) -> Iterator[list[Location]]:
-        """Give the parts where they can be read often and fast: where they are."""
+        """Yield the parts themselves: reads of a file system are fast."""
         yield parts
 
     def discard(self, part: Location) -> None:
@@ -142,7 +143,7 @@ class Folder:
     def set_aside(self, part: Location) -> Location | None:
         """Move a part below damaged/.
 
-        Returns its new place; None if it is gone.
+        Returns the new location; None if the part is gone.
         """
         refuse_links(self.root, self._results)
         source = self._parts / part.name
@@ -160,12 +161,12 @@ class Folder:
         return place
 
     def tidy(self, *, alone: bool) -> None:
-        """Delete what dead processes were writing, and flush what they had stored.
+        """Delete unfinished files of dead processes, and flush their stored parts.
 
-        On this machine a process that has ended is dead. Files of another machine, or
-        of this one before it was restarted, are deleted after LEFTOVER_SECONDS, and
-        only if this launch works `alone` on the study. A process may have died before
-        it flushed the last part that it stored: this part is flushed now.
+        A process of this machine is dead if it has ended. Files of another machine, or
+        of this machine before a restart, are deleted after LEFTOVER_SECONDS, and only
+        if this launch works `alone` on the study. A process may have died before the
+        last part was flushed: this call flushes the part.
         """
         if self._parts.is_dir():
             self._flush(self._parts)
@@ -180,7 +181,7 @@ class Folder:
                 shutil.rmtree(folder, ignore_errors=True)
 
     def content(self) -> dict[str, int]:
-        """Return the bytes of the study in its folder, by name, without its lock."""
+        """Return the bytes of the study by name in its folder, without the lock."""
         if self.root.is_symlink() or not self.root.is_dir():
             return {}
         with os.scandir(self.root) as entries:
@@ -190,19 +191,19 @@ class Folder:
     def rename(self, target: Path) -> None:
         """Move the whole folder to `target`, which may not exist, in one step.
 
-        Everything else in the folder moves with it. Raises StoreError, also if another
-        study is within.
+        All files in the folder move, including files of the user. Raises StoreError,
+        also if the folder contains another study.
         """
         for path in (self.root, target):
             refuse_links(path, self._results)
         if target.exists():
             raise StoreError(f"{target}: exists already; choose another name")
         if self.root in target.parents:
-            raise StoreError(f"{target}: lies within {self.root}; choose another name")
+            raise StoreError(f"{target}: is inside {self.root}; choose another name")
         if inner := studies_below(self.root, "*/**/"):
             raise StoreError(
-                f"{self.root / inner[0]}: is another study, within {self.root};"
-                " rename that first"
+                f"{self.root / inner[0]}: is another study, inside {self.root};"
+                " rename that study first"
             )
         try:
             make_folders(target.parent)
@@ -219,7 +220,7 @@ class Folder:
     def delete(self) -> None:
         """Delete the study, its plan first and each part in one step.
 
-        Its lock and everything else in the folder stay. Raises StoreError.
+        The lock, and files that are not part of the study, stay. Raises StoreError.
         """
         refuse_links(self.root, self._results)
         self.remove(PLAN)
@@ -235,13 +236,13 @@ class Folder:
             except OSError as error:
                 raise StoreError(
                     f"{path}: cannot be deleted ({error.strerror or error});"
-                    " mend that, and remove the study again"
+                    " fix the cause, then remove the study again"
                 ) from error
 
     def left(self) -> list[str]:
-        """Return the names in the folder, which is removed if it is empty.
+        """Return the names in the folder; remove an empty folder.
 
-        Folders above it that held nothing else are removed too.
+        Parents that are empty afterwards are removed too.
         """
         self._without_empty_folders()
         if not self.root.is_dir():
@@ -251,13 +252,13 @@ class Folder:
     def _without_empty_folders(self) -> None:
         above = self.root.parents
         for folder in (self.root, *above[: [*above].index(self._results)]):
-            with suppress(OSError):  # it is not empty, or not there
+            with suppress(OSError):  # the folder is not empty, or does not exist
                 folder.rmdir()
 
     def _is_old(self, folder: Path) -> bool:
-        """Return whether nothing has appeared in a folder for LEFTOVER_SECONDS.
+        """Return whether a folder has had no new name for LEFTOVER_SECONDS.
 
-        Time is that of the clock of the place.
+        The clock of the file system counts.
         """
         with self.staging("clock") as fresh:
             try:
@@ -267,9 +268,9 @@ class Folder:
 
 
 def refuse_links(folder: Path, results: Path) -> None:
-    """Raise StoreError if a study's folder, or anything we write in it, is a link.
+    """Raise StoreError if a study's folder, or a file to be written in it, is a link.
 
-    That holds for the folders between it and `results` too, and not for `results`.
+    Folders between `results` and the study may not be links. `results` may be a link.
     """
     way = (
         results / Path(*names)
@@ -281,10 +282,10 @@ def refuse_links(folder: Path, results: Path) -> None:
 
 
 def _bytes(path: Path) -> int:
-    """Return the bytes of a file, or of all files below a folder; none of a link."""
+    """Return the bytes of a file, or of all files below a folder; 0 for a link."""
     total = 0
     for file in () if path.is_symlink() else (path, *path.rglob("*")):
-        with suppress(FileNotFoundError):  # a launch has just deleted it
+        with suppress(FileNotFoundError):  # a launch has just deleted the file
             total += file.lstat().st_size if file.is_file() else 0
     return total
 
@@ -292,7 +293,7 @@ def _bytes(path: Path) -> int:
 def _not_followed(path: Path) -> StoreError:
     way_out = (
         "put the folder itself there,"
-        " or link the whole results folder and name that by --results"
+        " or link the whole results folder and give that link as --results"
     )
     return StoreError(
         f"{path}: is a symbolic link;"
@@ -301,7 +302,7 @@ def _not_followed(path: Path) -> StoreError:
 
 
 def _folders(folder: Path, names: re.Pattern[str]) -> list[Path]:
-    """Return our own sub-folders, by name; anything else in the folder is left alone.
+    """Return the sub-folders whose names match `names`, sorted by name.
 
     Raises StoreError for a link.
     """

@@ -1,6 +1,6 @@
-"""A store in the hands of one launch.
+"""A store under the exclusive access of one launch.
 
-Others are kept out, and damaged parts are set aside before anything runs.
+Damaged parts are set aside before any trial runs.
 """
 
 import logging
@@ -19,16 +19,16 @@ LOG = logging.getLogger("sweep")
 
 @contextmanager
 def custody(store: Store, share: Share | None = None) -> Iterator[Lock]:
-    """Hold the study of `store`, or its shard `share`, and set its damaged parts aside.
+    """Lock the study of `store`, or the shard `share`, and set damaged parts aside.
 
-    Inside, this process alone launches the study or the shard, and its parts are sound.
-    With a shard, others write the same study at the same time. Then the store merges
-    only its own parts and deletes nothing that may belong to others. The log, which
-    goes to stderr, reports a lock that was taken over and each part set aside. SIGTERM
-    and SIGHUP end the context as Ctrl-C does.
+    Inside the context only this process launches the study or the shard, and all parts
+    are intact. With a shard, several launches write the study at once. Then the
+    store merges only parts of this launch, and keeps all files that another launch may
+    need. The log, which goes to stderr, reports a lock that was taken over and each
+    part that was set aside. SIGTERM and SIGHUP end the context as Ctrl-C does.
 
-    Raises StoreError if somebody else is launching the study, or the shard, and if the
-    store cannot be written.
+    Raises StoreError if another launch holds the study or the shard, or if the store
+    cannot be written.
     """
     with ended_like_ctrl_c(), Lock(store.place, share) as lock:
         store.shared = share is not None
@@ -40,7 +40,7 @@ def custody(store: Store, share: Share | None = None) -> Iterator[Lock]:
 def set_aside_damaged(store: Store) -> None:
     """Move damaged parts below damaged/, so that their trials count as not run.
 
-    A part that has gone meanwhile was merged or set aside by a launch of another shard.
+    If a part is gone, a launch of another shard has merged or moved the part.
     """
     parts = store.all_parts()
     for part, flaw in zip(parts, each(parts, damage), strict=True):
@@ -51,12 +51,12 @@ def set_aside_damaged(store: Store) -> None:
         if place is None:
             continue
         outcome = (
-            "how many trials it held is not known; those run again"
+            "the number of its trials is unknown; all run again"
             if trials is None
             else f"its {trials:,} trials run again"
         )
         if store.shared:
-            outcome += " with the shares that they belong to"
+            outcome += " with their shards"
         LOG.warning(
             "%s: damaged: %s; %s", part, flaw, f"set aside as {place}, {outcome}"
         )

@@ -1,8 +1,8 @@
-"""Trials that resume from the last state that the same trial with fewer steps has left.
+"""Trials that resume from the last state of an otherwise equal trial with fewer steps.
 
-The shorter trial is found by the id that the job would have with the steps of a stored
-last state. The id covers all else that determines the trial, and what is recorded.
-The worker checks that both trials begin in the same way (`sweep.workers.last_state`).
+The id of the shorter trial is the id of the job with the steps of a stored last state.
+The id covers all further inputs of the trial, and the recorded data. The worker checks
+that the two trials begin in the same way (`sweep.workers.last_state`).
 """
 
 import secrets
@@ -39,14 +39,14 @@ from sweep.store.store import Store
 
 @dataclass(frozen=True, eq=False)
 class Earlier:
-    """For each of n jobs the stored trial with the most steps from which it can resume.
+    """Stored trials from which n jobs can resume: for each job the longest such trial.
 
     Attributes
     ----------
     ids : Ids
-        Id of that trial, shape (n,), which means nothing where there is none.
+        Id of the stored trial, shape (n,); undefined where `steps` is 0.
     steps : array of int
-        Steps that it has done, shape (n,); 0 where there is none.
+        Steps of the stored trial, shape (n,); 0 if no trial is stored.
     """
 
     ids: Ids
@@ -54,7 +54,7 @@ class Earlier:
 
     @property
     def count(self) -> int:
-        """Number of the jobs that resume."""
+        """Number of jobs that resume."""
         return int((self.steps > 0).sum())
 
 
@@ -94,7 +94,7 @@ def earlier_trials(study: Study, store: Store, jobs: Sequence[Job]) -> Earlier:
 
 
 def _stored_steps(store: Store) -> tuple[KnownIds, Counts]:
-    """Return the n trials whose last states are stored, and their steps, shape (n,)."""
+    """Return the n trials with stored last states, and their steps, shape (n,)."""
     stored = store.read(LAST_STATES, columns=["trial_id", "step"])
     if not len(stored):
         return KnownIds.of(NO_IDS), np.zeros(0, np.int64)
@@ -106,7 +106,7 @@ def _stored_steps(store: Store) -> tuple[KnownIds, Counts]:
 def _check(store: Store, as_written: bool) -> None:
     """Raise StoreError for rows that no launch writes."""
     if not as_written:
-        why = "are not what a launch writes; delete the study, or launch it elsewhere"
+        why = "are not what a launch writes; delete the study, or use another folder"
         raise StoreError(f"{store.folder}: its stored {LAST_STATES} {why}")
 
 
@@ -114,10 +114,10 @@ def _check(store: Store, as_written: bool) -> None:
 def continued(
     store: Store, jobs: Sequence[Job], earlier: Earlier
 ) -> Iterator[Sequence[Job]]:
-    """Give jobs, each with the last state of the earlier trial from which it resumes.
+    """Yield jobs, each with the last state of the earlier trial from which it resumes.
 
-    Meanwhile these states are in a local file, in the order in which they are stored.
-    So a job finds its own at once, and no memory is taken for all of them.
+    Inside the context the states are in a local file, in the order in which the store
+    has them. So a job finds its state at once, and the states take no memory.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ def continued(
     if not earlier.count:
         yield jobs
         return
-    # Else what finding them has freed would be kept beside what copying takes.
+    # Otherwise memory freed by the search would be kept in addition to the copies.
     give_back()
     with store.staging(f"{LAST_STATES}-{secrets.token_hex(6)}") as folder:
         resumed = KnownIds.of(np.unique(earlier.ids[earlier.steps > 0]))
@@ -156,8 +156,8 @@ def _copied(
 ) -> Counts:
     """Write the last states of some trials into a file.
 
-    Returns where each begins and its bytes, shape (len(resumed.ids), 2). The latest
-    part of a trial counts.
+    Returns the offset and the bytes of each state, shape (len(resumed.ids), 2). The
+    latest part of a trial counts.
     """
     file.seek(0)
     file.truncate()

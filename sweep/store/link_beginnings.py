@@ -1,4 +1,4 @@
-"""Boids of stored trials at their end, and chains that start from there."""
+"""Last flocks of stored trials, and chains that begin with a last flock."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -17,15 +17,15 @@ from sweep.store.store import Store
 def last_flocks(
     store: Store, trials: Iterable[str], state: Sequence[str]
 ) -> dict[str, LastFlock]:
-    """Return the last flocks that some trials have left, by their ids.
+    """Return the stored last flocks of some trials, by trial id.
 
     Parameters
     ----------
     store : Store
     trials : iterable of str
-        Ids of trials. Those that have left no flock are not in the result.
+        Ids of trials. Trials without a stored flock are not in the result.
     state : sequence of str
-        Names of the rows of state of their model.
+        Names of the rows of state of the model.
 
     Returns
     -------
@@ -43,7 +43,7 @@ def last_flocks(
     try:
         return {row["trial_id"]: _flock(row, state) for row in table.to_pylist()}
     except (KeyError, TypeError, ValueError):
-        why = "are not what a launch writes; delete the study, or launch it elsewhere"
+        why = "are not what a launch writes; delete the study, or use another folder"
         raise StoreError(f"{store.folder}: its stored {LAST_FLOCKS} {why}") from None
 
 
@@ -58,11 +58,11 @@ def _flock(row: dict[str, list[float]], state: Sequence[str]) -> LastFlock:
 
 
 def chains(store: Store, missing: SomeJobs) -> LinkedJobs:
-    """Return the chains that missing links make.
+    """Return the chains of missing links.
 
-    Each begins at a first link, or after a link that is stored. A chain is left out if
-    the trial of that link did not come to its end. Raises StoreError as `last_flocks`
-    does.
+    Each chain begins at a first link, or after a link that is stored. A chain is left
+    out if the trial of the stored link did not come to its end. Raises StoreError as
+    `last_flocks` does.
     """
     jobs = missing.jobs
     indices = missing.indices.tolist()
@@ -88,7 +88,7 @@ def chains(store: Store, missing: SomeJobs) -> LinkedJobs:
 
 
 def _chain(index: int, after: dict[int, int]) -> list[int]:
-    """Return the missing links from a job on, each the link after the one before it."""
+    """Return the missing links from a job to the end of its chain, in order."""
     links = [index]
     while links[-1] in after:
         links.append(after[links[-1]])
@@ -98,8 +98,8 @@ def _chain(index: int, after: dict[int, int]) -> list[int]:
 def with_beginning(store: Store, job: Job) -> Job:
     """Return the job of a stored trial, with the flock with which it begins.
 
-    Only links of chains begin with a flock that another trial has left. Raises
-    StoreError if that flock is not stored any more.
+    Only links of chains begin with the last flock of another trial. Raises StoreError
+    if this flock is no longer stored.
     """
     if not job.parent:
         return job
@@ -107,7 +107,7 @@ def with_beginning(store: Store, job: Job) -> Job:
     flocks = last_flocks(store, [job.parent], state)
     if job.parent not in flocks:
         raise StoreError(
-            f"{store.folder}: trial {job.trial_id} begins where trial {job.parent} has"
-            " ended, which is not stored any more; launch the study again"
+            f"{store.folder}: trial {job.trial_id} begins with the last flock of trial"
+            f" {job.parent}, which is no longer stored; launch the study again"
         )
     return replace(job, begins=flocks[job.parent])

@@ -1,11 +1,11 @@
-"""A folder, or a prefix of an object store that is read by the same few calls.
+"""A folder, or a prefix of an object store with the read interface of a folder.
 
-An object store is `s3://bucket/prefix`: that of Amazon, or any other with its
-interface, such as MinIO and Ceph. Credentials and region are those of the usual
+An object store is `s3://bucket/prefix`: Amazon S3, or any store with the interface of
+S3, such as MinIO and Ceph. Credentials and region come from the usual environment
 variables and files (AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, AWS_REGION,
-AWS_ENDPOINT_URL, ~/.aws). The text after a question mark wins, as in
-`s3://bucket/prefix?endpoint_override=127.0.0.1:9000&scheme=http`. This module loads
-nothing heavy before it is needed.
+AWS_ENDPOINT_URL, ~/.aws). Options after a question mark take precedence, for example
+`s3://bucket/prefix?endpoint_override=127.0.0.1:9000&scheme=http`. This module imports
+heavy libraries only when a function needs a library.
 """
 
 import logging
@@ -50,9 +50,9 @@ LONGEST_PAUSE = 10.0
 
 
 class ListedObject(NamedTuple):
-    """An object as it was listed.
+    """An entry of a listing of objects.
 
-    Its size is in bytes. The time at which it was written is in ns by the clock of the
+    The size is in bytes. The time of the last write is in ns, by the clock of the
     server.
     """
 
@@ -63,7 +63,8 @@ class ListedObject(NamedTuple):
 class ObjectServer:
     """An object store.
 
-    It is `known` once it has answered: only then is it waited for while it is away.
+    The store is `known` once it has answered. Only a known store that stops answering
+    is asked again.
     """
 
     def __init__(self, **options: str) -> None:
@@ -74,8 +75,8 @@ class ObjectServer:
     def files(self) -> Any:
         """File system of pyarrow.
 
-        It repeats what fails for a second or two, and writes small objects by one
-        request.
+        The file system repeats failed requests for a second or two, and writes a small
+        object by one request.
         """
         from pyarrow import fs
 
@@ -103,7 +104,7 @@ class ObjectServer:
         Parameters
         ----------
         path : ObjectPath
-            Path of the call, for the check of its bucket and for errors.
+            Path of the call, for the check of the bucket and for errors.
         call : callable
             Takes the file system of pyarrow.
 
@@ -114,7 +115,7 @@ class ObjectServer:
         UnreachableError
             If the server does not answer.
         StoreError
-            If the server refuses, or there is no such bucket.
+            If the server rejects the request, or there is no such bucket.
         """
         try:
             if not self.known:
@@ -135,19 +136,19 @@ class ObjectServer:
         bucket = path.key.partition("/")[0]
         if self.files.get_file_info(bucket).type == fs.FileType.NotFound:
             raise StoreError(
-                f"s3://{bucket}: there is no such bucket; make it first,"
-                " or mend the name or the region"
+                f"s3://{bucket}: there is no such bucket; create the bucket,"
+                " or correct the name or the region"
             )
 
     def trouble(self, path: "ObjectPath", error: OSError) -> StoreError:
-        """Return the error that tells what went wrong, in one sentence.
+        """Return the error that reports a failed request, in a single sentence.
 
         Parameters
         ----------
         path : ObjectPath
             Path of the request.
         error : OSError
-            Error of pyarrow, whose text has the code and words of the server.
+            Error of pyarrow. The message contains the code and words of the server.
 
         Returns
         -------
@@ -166,18 +167,20 @@ class ObjectServer:
                 " what was stored is intact"
             )
             return UnreachableError(message, self)
-        variables = "are AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and AWS_REGION right?"
-        return StoreError(f"{path}: the object store refuses ({words}); {variables}")
+        variables = "check AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and AWS_REGION"
+        return StoreError(
+            f"{path}: the object store rejects the request ({words}); {variables}"
+        )
 
 
 @dataclass(frozen=True)
 class ObjectPath:
     """An object, or a prefix, of an object store.
 
-    It has those methods of pathlib.Path that the reader of a store needs. `key` begins
-    with the bucket. `objects` are the objects below it, by the rest of their keys, if
-    they have been listed already: then the server is not asked again. This is for what
-    never changes, such as a part.
+    The class has the methods of pathlib.Path that the reader of a store needs. `key`
+    begins with the bucket. `objects` has the objects below the path, by the rest of
+    their keys, if a listing exists already: then the server is not asked again. The
+    listing suits objects that never change, such as a part.
     """
 
     server: ObjectServer = field(compare=False, repr=False)
@@ -200,12 +203,12 @@ class ObjectPath:
 
     @property
     def parent(self) -> "ObjectPath":
-        """Prefix above it."""
+        """Prefix above the object."""
         return ObjectPath(self.server, self.key.rpartition("/")[0])
 
     @property
     def stem(self) -> str:
-        """Last name without its ending."""
+        """Last name without the ending."""
         return Path(self.name).stem
 
     def stat(self) -> ListedObject:
@@ -231,9 +234,9 @@ class ObjectPath:
         return True
 
     def listed(self) -> "ObjectPath":
-        """Return the path with all objects below it, as they are now.
+        """Return the path with a new listing of all objects below it.
 
-        It takes a request per 1000 objects.
+        The listing takes a request per 1000 objects.
         """
         from pyarrow import fs
 
@@ -250,7 +253,7 @@ class ObjectPath:
         )
 
     def iterdir(self) -> Iterator["ObjectPath"]:
-        """Return the objects and prefixes directly below this one."""
+        """Return the objects and prefixes directly below this prefix."""
         here = self if self.objects is not None else self.listed()
         below = _below(here.objects or {})
         return (
@@ -295,10 +298,10 @@ Location = Path | ObjectPath
 
 
 def location(named: Location | str) -> Location:
-    """Return the place that a user has named.
+    """Return the location that a user has named.
 
-    Raises StoreError if it is neither a folder nor in an object store, and if its name
-    is not UTF-8.
+    Raises StoreError if the location is neither a folder nor in an object store, or if
+    the name is not UTF-8.
     """
     if isinstance(named, ObjectPath):
         return named
@@ -309,7 +312,7 @@ def location(named: Location | str) -> Location:
     rest, _, query = url["rest"].partition("?")
     if scheme != "s3":
         raise StoreError(
-            f"{named}: {unknown('kind of place', scheme + '://', ['s3://'])}, or a"
+            f"{named}: {unknown('kind of storage', scheme + '://', ['s3://'])}, or a"
             " folder"
         )
     options = dict(parse_qsl(query, keep_blank_values=True))
@@ -320,31 +323,31 @@ def location(named: Location | str) -> Location:
     if not key or "@" in key.partition("/")[0]:
         place = key.rpartition("@")[2]
         raise StoreError(
-            f"s3://{place}: allowed: {ALLOWED}; credentials stand in variables,"
-            " never here"
+            f"s3://{place}: allowed: {ALLOWED}; give credentials in environment"
+            " variables, not here"
         )
     return ObjectPath(ObjectServer(**options), key)
 
 
 def in_unicode(path: Path) -> Path:
-    """Return the path, if libraries can ask for its files.
+    """Return the path, if libraries can open its files.
 
-    Raises StoreError if its name is not UTF-8.
+    Raises StoreError if the path is not UTF-8.
     """
     try:
         str(path).encode()
     except UnicodeEncodeError:
         raise StoreError(
-            f"{path}: the name is not UTF-8; choose another, or rename the folder"
+            f"{path}: the name is not UTF-8; choose another name, or rename the folder"
         ) from None
     return path
 
 
 def local_folder(place: Location, need: str) -> Path:
-    """Return the place as a folder.
+    """Return the location as a folder.
 
-    Raises StoreError if it is in an object store, where `need` says what needs a
-    folder.
+    Raises StoreError if the location is in an object store. `need` is the message up to
+    "a folder on this machine".
     """
     if isinstance(place, Path):
         return place
@@ -352,11 +355,11 @@ def local_folder(place: Location, need: str) -> Path:
 
 
 def patiently(call: Callable[[], T]) -> T:
-    """Return the result of `call`, tried again while the object store is away.
+    """Return the result of `call`, repeated while the object store does not answer.
 
-    Pauses grow, for PATIENCE_SECONDS in all. Only a server that has answered before is
-    waited for. In the end UnreachableError is raised, and the server counts as one that
-    has never answered: so the next write does not wait again.
+    Pauses grow, and last PATIENCE_SECONDS in total. Only a server that has answered
+    before gets a second call. After the last call UnreachableError is raised, and the
+    server is no longer `known`: so the next write does not wait again.
     """
     end = time.monotonic() + PATIENCE_SECONDS
     pause = FIRST_PAUSE

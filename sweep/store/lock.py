@@ -1,26 +1,30 @@
-"""One launch of a study at a time, or one per shard of it, by claims that expire.
+"""A lock on a study, or on one shard of a study, by claims that expire.
 
-    <study>/lock/<token>.json   the owner, the shard, and whether it asks or holds;
+    <study>/lock/<token>.json   the owner, the shard, and the state: asking or held;
                                 touched as a sign of life
 
-Whoever wants a study, or a shard of it, writes a claim that asks, and then lists all
-claims. The whole excludes everything; a shard excludes itself and the shards of any
-other division. If a claim that is in the way holds, one withdraws and is refused. If it
-asks too, the one with the larger token withdraws, and tries again later; the smaller
-waits until the other is gone or holds. With nothing in the way the claim holds.
+A launch that needs a study, or a shard, writes a claim in the state asking, and then
+lists all claims. A claim on the whole study excludes every claim. A claim on a shard
+excludes claims on this shard, and on the shards of a different division. The launch
+then decides:
 
-Of two claims that exclude each other at most one comes to hold: each owner writes its
-claim before it lists, so the owner of the later claim sees the earlier one, and
-continues only when that is gone. One of them does come to hold: the owner of the
-smallest token waits for nobody who waits for it. The place must promise only that a
-listing shows what was written before it began.
+- If an excluding claim is held, the launch withdraws its claim and ends with an error.
+- If an excluding claim is asking, the larger token withdraws and tries again later. The
+  smaller token waits until the larger token is gone or held.
+- Without an excluding claim, the claim is held.
 
-A claim names its owner. The claim of a dead owner is deleted by its own name. An owner
-on this machine lives as long as its process. An owner elsewhere lives while the time of
-its claim moves on, or is at most STALE_SECONDS old by the clock of the place. A clock
-may jump, so a claim that looks too old, or comes from the future, is watched for a
-while before its owner counts as dead. An owner who was suspended meanwhile finds its
-claim gone, and stops.
+Safety: of two claims that exclude each other, at most one is ever held. Each owner
+writes a claim before the listing. So the owner of the later claim sees the earlier
+claim, and continues only when the earlier claim is gone. Progress: the owner of the
+smallest token waits only for owners that do not wait in return. The location must
+guarantee only that a listing shows all earlier writes.
+
+A claim names its owner. The claim of a dead owner is deleted by its token. An owner on
+this machine lives as long as its process. An owner on another machine lives while the
+time of the claim advances, or is at most STALE_SECONDS old by the clock of the
+location. A clock may jump. So a claim that looks too old, or comes from the future, is
+watched for WATCH_SECONDS before the owner counts as dead. An owner that was suspended
+meanwhile notices that the claim is gone, and stops.
 """
 
 import json
@@ -48,21 +52,21 @@ CLAIM_BYTES = 1000
 ASKING = "asking"
 HELD = "held"
 SILENCE = (
-    "; of another machine, or one restarted since, it counts as ended after"
+    "; a launch on another machine, or before a restart, counts as ended after"
     f" {STALE_SECONDS:.0f} s of silence"
 )
 LOG = logging.getLogger("sweep")
 GIVEN_BACK: set[str] = set()
-"""Claims that this process has given up.
+"""Tokens of claims that this process has given up.
 
-One may still be there, if the place did not answer when it was to be deleted.
+A claim may still exist, if the location did not answer at its deletion.
 """
 
 
 class LockClaim(NamedTuple):
     """Content of a claim.
 
-    A claim of version 0.3.0 has fewer fields, and holds the whole study.
+    A claim of version 0.3.0 has fewer fields, and locks the whole study.
     """
 
     token: str
@@ -74,7 +78,7 @@ class LockClaim(NamedTuple):
     started: str = ""
 
     def excludes(self, share: str) -> bool:
-        """Return whether this claim excludes one of `share`; "" is the whole study."""
+        """Return whether this claim excludes a claim of `share`, "" for all shards."""
         if not self.share or not share:
             return True
         return (
@@ -84,16 +88,16 @@ class LockClaim(NamedTuple):
 
 
 class Lock:
-    """Exclusive access to the study in a place, or to one shard of it, for the context.
+    """Exclusive access to a study, or to one shard of a study, for the context.
 
-    Entering raises StoreError if somebody else holds what is asked for. The log tells
-    when it was taken over from a dead owner.
+    Entering raises StoreError if another launch holds the study or the shard. The log
+    reports a lock that was taken over from a dead owner.
 
     Parameters
     ----------
     place : StudyPlace
     share : Share, optional
-        Shard to hold; by default the whole study.
+        Shard to lock; by default the whole study.
     """
 
     def __init__(self, place: StudyPlace, share: Share | None = None) -> None:
@@ -132,14 +136,14 @@ class Lock:
         self._give_back()
 
     def check(self) -> None:
-        """Raise StoreError if somebody has taken the lock over.
+        """Raise StoreError if another launch has taken the lock over.
 
-        That can happen after this machine has slept.
+        A launch can lose the lock while its machine sleeps.
         """
         if self.lost:
             raise StoreError(
                 f"{self.path}: another launch has taken this study over;"
-                " what is done is stored"
+                " finished trials are stored"
             )
 
     def _ask(self) -> None:
@@ -152,25 +156,25 @@ class Lock:
         GIVEN_BACK.add(self.token)
 
     def _text(self, state: str) -> str:
-        """Return the claim as text, always of the same number of bytes."""
+        """Return the text of the claim, padded to CLAIM_BYTES bytes."""
         return json.dumps(_owner() | {"share": self.share, "state": state}).ljust(
             CLAIM_BYTES
         )
 
     def _granted(self) -> bool:
-        """Return whether nobody is in the way, so that the claim holds.
+        """Return whether the claim is held, because no other claim excludes it.
 
-        Raises StoreError if somebody is in the way and holds.
+        Raises StoreError if an excluding claim is held.
         """
         rivals = self._rivals()
         for rival in rivals:
             if rival.state == HELD:
                 target = (
-                    f"share {rival.share} of this study"
+                    f"shard {rival.share} of this study"
                     if rival.share
                     else "this study"
                 )
-                way_out = "wait for it, or end it" + (
+                way_out = "wait, or end that launch" + (
                     "" if rival.machine == machine() else SILENCE
                 )
                 raise StoreError(
@@ -189,9 +193,9 @@ class Lock:
         return False
 
     def _rivals(self) -> list[LockClaim]:
-        """Return the claims in the way whose owners live, sorted by token.
+        """Return the excluding claims with live owners, sorted by token.
 
-        Those of dead owners are deleted.
+        Claims of dead owners are deleted.
         """
         rivals = []
         for token in self._claims.tokens():
@@ -209,9 +213,9 @@ class Lock:
         return rivals
 
     def _read(self, token: str) -> LockClaim | None:
-        """Return a claim; None if it is gone.
+        """Return a claim; None if the claim is gone.
 
-        A file that lost its content in a power cut is a claim of nobody.
+        A file that lost its content in a power cut is a claim without an owner.
         """
         text = self._claims.text(token)
         if text is None:
@@ -231,9 +235,9 @@ class Lock:
         return LockClaim(token, **known)
 
     def _let_pass(self, tokens: list[str]) -> None:
-        """Wait until owners who go first hold or are gone.
+        """Wait until each of these claims is held or gone.
 
-        The wait ends after YIELD_SECONDS, since they may die while they ask.
+        The wait ends after YIELD_SECONDS, because an owner may die while asking.
         """
         end = time.monotonic() + YIELD_SECONDS
         while time.monotonic() < end:
@@ -243,7 +247,7 @@ class Lock:
             time.sleep(POLL_SECONDS)
 
     def _death(self, claim: LockClaim) -> str:
-        """Return how we know that the owner is dead; empty if it may live."""
+        """Return the evidence that the owner is dead; empty if the owner may live."""
         if claim.token in GIVEN_BACK:
             return "that launch is over"
         if claim.machine == machine():
@@ -252,7 +256,7 @@ class Lock:
                 if started(int(claim.process)) == claim.started
                 else "that process is gone"
             )
-        # Just touched, the own claim has the present time by the clock of the place.
+        # Just touched, the own claim has the present time by the location's clock.
         self._claims.touch(self.token)
         now = self._claims.touched(self.token)
         then = self._claims.touched(claim.token)
@@ -268,10 +272,10 @@ class Lock:
         )
 
     def owners(self) -> list[str]:
-        """Return who launches the study or a shard of it, as far as reading shows.
+        """Return the owners of held claims, as far as a read-only check shows.
 
-        Nothing is written, and no claim is deleted. An owner elsewhere counts by the
-        clock of this machine.
+        The call writes no file and deletes no claim. The clock of this machine decides
+        whether an owner on another machine lives.
         """
         claims = [self._read(token) for token in self._claims.tokens()]
         return [
@@ -311,7 +315,7 @@ def _owner() -> dict[str, object]:
 
 
 def _is_touched(claims: Claims, token: str) -> bool:
-    """Return whether somebody touches or deletes a claim while we watch."""
+    """Return whether a claim is touched or deleted within WATCH_SECONDS."""
     before = claims.touched(token)
     end = time.monotonic() + WATCH_SECONDS
     while time.monotonic() < end:

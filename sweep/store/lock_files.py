@@ -1,6 +1,6 @@
 """Files of the claims on a study.
 
-Each is written by its owner alone, who touches it as a sign of life.
+Only the owner of a claim writes and touches the file.
 """
 
 import os
@@ -14,17 +14,17 @@ from sweep.store.new_files import create
 from sweep.store.regular import open_regular, read_whole
 
 MOST_CLAIM = 100_000
-"""Most bytes of a claim that are read; one of ours has a hundredth of that."""
+"""Most bytes of a claim that are read; a launch writes a hundredth of this size."""
 
 
 class Claims(Protocol):
-    """Calls that `lock.py` makes of a place, with claims by their token.
+    """Interface of claims that `lock.py` uses; a claim is named by its token.
 
-    They raise OSError or StoreError if the place fails.
+    The methods raise OSError or StoreError if the file system or server fails.
     """
 
     def create(self, token: str, text: str) -> None:
-        """Write a claim, whole; whoever lists the claims from now on sees it.
+        """Write a claim as a whole, so that every later listing shows the claim.
 
         Parameters
         ----------
@@ -38,42 +38,42 @@ class Claims(Protocol):
         """Return the tokens of all claims."""
 
     def text(self, token: str) -> str | None:
-        """Return the content of a claim; None if it is gone."""
+        """Return the content of a claim; None if the claim is gone."""
 
     def update(self, token: str, text: str) -> bool:
-        """Change the content of one's own claim.
+        """Change the content of a claim of this process.
 
         Parameters
         ----------
         token : str
-            Token of the own claim.
+            Token of the claim.
         text : str
-            New content, as long as the old one.
+            New content, as long as the old content.
 
         Returns
         -------
         bool
-            False if somebody has taken the claim away.
+            False if another process has deleted the claim.
         """
 
     def touch(self, token: str) -> bool:
-        """Give the own claim the present time; False if somebody has deleted it."""
+        """Give a claim of this process the present time; False if it is deleted."""
 
     def touched(self, token: str) -> int | None:
-        """Return when a claim was last touched, in ns by the place's clock.
+        """Return when a claim was last touched, in ns by the location's clock.
 
-        None if it is gone.
+        Returns None if the claim is gone.
         """
 
     def evict(self, token: str) -> None:
-        """Take a dead owner's claim away."""
+        """Delete the claim of a dead owner."""
 
     def withdraw(self, token: str) -> None:
-        """Take one's own claim away."""
+        """Delete a claim of this process."""
 
 
 def claim_text(path: Location) -> str | None:
-    """Return the text of a claim; None if it is gone, "" if it is no file of ours."""
+    """Return the text of a claim; None if it is gone, "" if it cannot be read."""
     try:
         return read_whole(path, MOST_CLAIM).decode(errors="replace")
     except FileNotFoundError:
@@ -85,7 +85,7 @@ def claim_text(path: Location) -> str | None:
 class LockFiles:
     """Claims as files of a folder.
 
-    An owner never creates its claim again after it was deleted.
+    An owner never creates a deleted claim again.
     """
 
     def __init__(
@@ -98,9 +98,9 @@ class LockFiles:
         return self._folder / f"{token}.json"
 
     def create(self, token: str, text: str) -> None:
-        """Write the claim under another name and rename it.
+        """Write the claim under another name, then rename the file.
 
-        So it is never seen half written.
+        So no process reads an incomplete claim.
 
         Parameters
         ----------
@@ -115,7 +115,7 @@ class LockFiles:
                 file.write(text.encode())
             while new.exists():
                 self._folder.mkdir(exist_ok=True)
-                # Whoever was the last to leave may just have removed the folder.
+                # The last owner to leave may just have removed the folder.
                 with suppress(FileNotFoundError):
                     new.rename(self._file(token))
 
@@ -129,18 +129,18 @@ class LockFiles:
             return []
 
     def text(self, token: str) -> str | None:
-        """Return the content of a claim; None if the file is gone."""
+        """Return the content of a claim; None if the file does not exist."""
         return claim_text(self._file(token))
 
     def update(self, token: str, text: str) -> bool:
-        """Write into the existing file: a rename could bring back a deleted one.
+        """Write into the existing file: a rename could restore a deleted claim.
 
         Parameters
         ----------
         token : str
-            Token of the own claim.
+            Token of the claim.
         text : str
-            New content, as long as the old one.
+            New content, as long as the old content.
 
         Returns
         -------
@@ -157,7 +157,7 @@ class LockFiles:
     def touch(self, token: str) -> bool:
         """Give the file the present time.
 
-        Returns False if it is gone: who deleted it has taken the study over.
+        Returns False if the file is gone: another launch has taken the study over.
         """
         try:
             os.utime(self._file(token))
@@ -166,30 +166,30 @@ class LockFiles:
         return True
 
     def touched(self, token: str) -> int | None:
-        """Return when the file was last touched, in ns by the place's clock.
+        """Return when the file was last touched, in ns by the file system's clock.
 
-        None if it is gone. The file is opened first: network file systems otherwise
-        answer with an old time.
+        Returns None if the file is gone. The file is opened first: network file systems
+        otherwise answer with an old time.
         """
         try:
             with open_regular(self._file(token)) as file:
                 return os.fstat(file.fileno()).st_mtime_ns
         except FileNotFoundError:
             return None
-        except OSError:  # no file of ours
+        except OSError:  # not a regular file
             with suppress(FileNotFoundError):
                 return self._file(token).lstat().st_mtime_ns
             return None
 
     def evict(self, token: str) -> None:
-        """Delete the claim by its own name.
+        """Delete the claim by its token.
 
-        So it is never the claim of somebody who was quicker.
+        So the call cannot delete a newer claim.
         """
         self._file(token).unlink(missing_ok=True)
 
     def withdraw(self, token: str) -> None:
-        """Delete the own claim; the last to leave removes the folder."""
+        """Delete the claim; remove the folder if no claim remains."""
         with suppress(OSError):
             self._file(token).unlink(missing_ok=True)
             self._folder.rmdir()

@@ -1,20 +1,19 @@
 """List of the files of a part, with their sizes and checksums.
 
-A part's manifest is written with it, and shows when the part has lost a file, or a bit
-of one.
+The manifest is written with the part, and shows a lost file or a changed bit.
 
     {
       "trials": 12,
       "files": {"trials.parquet": {"bytes": 4096, "crc32": 123456789}, ...}
     }
 
-Parquet's own checksums cover the pages of a file but not its footer. Those of a
-manifest cover every byte, and checking them is ten times as fast as decoding the file.
-Parts of version 0.2.0 have no manifest: they are decoded.
+The checksums of parquet cover the pages of a file but not the footer. The checksums of
+a manifest cover every byte, and a check is ten times as fast as decoding the file.
+Parts of version 0.2.0 have no manifest. A check of such a part decodes all tables.
 
-An object store has its own checksums. So there only the listed sizes are compared; the
-bytes of an object are fetched and compared only if it was overwritten after its
-manifest was written.
+An object store has checksums too. So a check of objects compares only the listed sizes.
+The bytes of an object are fetched and compared only if the object was overwritten after
+the manifest was written.
 """
 
 import errno
@@ -48,7 +47,7 @@ READ_BYTES = 2**20
 
 
 class FileAbout(TypedDict):
-    """Size and checksum of a file when it was written."""
+    """Size and checksum of a file at the time of writing."""
 
     bytes: int
     crc32: int
@@ -73,8 +72,8 @@ def write_manifest(folder: Path) -> None:
 def damage(part: Location) -> str:
     """Return the flaw of a part, in a few words.
 
-    It is empty if every byte is as it was written. Raises StoreError if the part cannot
-    be read now, which is no damage.
+    The string is empty if the part is intact. Raises StoreError if the part cannot be
+    read now, which does not count as damage.
     """
     try:
         manifest = _read(part)
@@ -95,25 +94,25 @@ def damage(part: Location) -> str:
         if present["bytes"] != written["bytes"]:
             return f"{name} has {present['bytes']:,} bytes of {written['bytes']:,}"
         if present != written:
-            return f"{name} has other bytes than were written"
+            return f"{name} does not match its checksum"
     return _made_up(part, manifest) if isinstance(part, Path) else ""
 
 
 def _what_damages(file: Location, error: OSError) -> str:
-    """Return the flaw of a file, in a few words, if the error is about the file itself.
+    """Return the flaw of a file, in a few words, if the error concerns the content.
 
-    Otherwise it raises StoreError.
+    Raises StoreError for any other error.
     """
     if isinstance(error, ForeignError) or error.errno == errno.EIO:
         return f"{file.name} cannot be read ({error})"
-    way_out = "nothing was set aside: mend that, or move the part away"
+    way_out = "nothing was set aside: fix the cause, or move the part away"
     raise StoreError(f"{file}: cannot be read ({error}); {way_out}") from error
 
 
 def trials_of(part: Location) -> int | None:
-    """Return the number of trials that a part holds, or held before it was damaged.
+    """Return the number of trials that a part holds, or held before damage.
 
-    None if that cannot be known.
+    Returns None if the number is unknown.
     """
     try:
         return _read(part)["trials"]
@@ -127,14 +126,14 @@ def trials_of(part: Location) -> int | None:
 
 
 def table_names(part: Location) -> list[str]:
-    """Return the tables of a part, by its manifest.
+    """Return the names of the tables of a part, from the manifest.
 
-    Other files in its folder are not tables. Raises StoreError if the manifest cannot
+    Further files in the folder are not tables. Raises StoreError if the manifest cannot
     be read.
     """
     try:
         files = [*_read(part)["files"]]
-    except FileNotFoundError:  # a part of version 0.2.0, or one that is being deleted
+    except FileNotFoundError:  # a part of version 0.2.0, or a part under deletion
         files = _listed(part)
     except (OSError, ValueError) as error:
         raise UnreadableError(
@@ -153,9 +152,10 @@ def _listed(part: Location) -> list[str]:
 
 
 def replaced_by(part: Location) -> list[str]:
-    """Return the names of the parts that a merged one replaces.
+    """Return the names of the parts that a merged part replaces.
 
-    Raises FileNotFoundError if there is no such list, StoreError if it cannot be read.
+    Raises FileNotFoundError if there is no list, and StoreError if the list cannot be
+    read.
     """
     try:
         names: list[str] = read_json(part / REPLACES, MOST_REPLACES, [str])
@@ -171,19 +171,19 @@ def replaced_by(part: Location) -> list[str]:
 def _read(part: Location) -> Manifest:
     """Return the manifest of a part.
 
-    Raises OSError, and ValueError if it is none.
+    Raises OSError, and ValueError if the file is not a manifest.
     """
     manifest: Manifest = read_json(part / MANIFEST, MOST_MANIFEST, SHAPE)
     if odd := [name for name in manifest["files"] if not NAME.fullmatch(name)]:
-        raise ValueError(f"{odd[0]} is no name of a file in a part")
+        raise ValueError(f"{odd[0]} is not the name of a file in a part")
     return manifest
 
 
 def _now(file: Location, written: FileAbout, written_at: int) -> FileAbout:
-    """Return size and checksum of a file now.
+    """Return the present size and checksum of a file.
 
-    Its bytes are read only if their number is right. An object that is not younger than
-    the manifest, which was written at `written_at` (ns), counts as unchanged.
+    The bytes are read only if the size is correct. An object that is not newer than the
+    manifest, which was written at `written_at` (ns), counts as unchanged.
     """
     status = file.stat()
     unchanged = not isinstance(file, Path) and status.st_mtime_ns <= written_at
@@ -203,7 +203,7 @@ def _about(file: Location) -> FileAbout:
 
 
 def _made_up(part: Path, manifest: Manifest) -> str:
-    """Return the flaw of a part whose files match its manifest: it was forged."""
+    """Return the flaw of a part with correct checksums, which is then forged."""
     try:
         with opened(part / "trials.parquet") as file:
             rows = file.metadata.num_rows
@@ -220,12 +220,12 @@ def _made_up(part: Path, manifest: Manifest) -> str:
     kinds = dict(zip(schema.names, schema.types, strict=True))
     for name in ("trial_id", "status"):
         if kinds.get(name) != pa.string():
-            return f"trials.parquet has no column {name} of texts"
+            return f"trials.parquet has no column {name} of strings"
     return ""
 
 
 def _undecodable(part: Location) -> str:
-    """Return the flaw of a part without a manifest, as far as decoding shows."""
+    """Return the flaw that decoding finds in a part without a manifest."""
     present = {*table_names(part)}
     missing = set[str]()
     for name in sorted({"trials"} | present):
@@ -239,7 +239,7 @@ def _undecodable(part: Location) -> str:
 
 
 def _recorded(schema: pa.Schema, trials: Location) -> set[str]:
-    """Return the tables besides trials that a launch of the spec in `schema` stores."""
+    """Return the tables, except trials, that the spec in `schema` records."""
     from sweep.errors import SpecError
     from sweep.spec import parse_document
 

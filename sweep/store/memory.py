@@ -1,8 +1,9 @@
-"""Memory that was used and freed.
+"""Freed memory: kept for later use, or returned to the system.
 
-Arrow and the C library keep what is freed, for what comes next. After the plan of a
-million trials that is a hundred megabytes, and what comes next, to run them, is small:
-a launch gives it back. What comes next in the results explorer is as large: it is kept.
+Arrow and the C library keep freed memory for later use. The plan of a million trials
+leaves a hundred megabytes. A launch returns this memory, because running the trials
+needs little. The results explorer keeps the memory, because its next step needs as much
+again.
 """
 
 import ctypes
@@ -14,14 +15,14 @@ import pyarrow as pa
 def keep() -> None:
     """Let Arrow take memory from the C library from now on.
 
-    So it takes the memory again that it has freed. Its own allocator asks the system
-    for new pages, which takes as long as reading a study.
+    So Arrow uses freed memory again. The default allocator of Arrow asks the system for
+    new pages, which takes as long as reading a study.
     """
     pa.set_memory_pool(pa.system_memory_pool())
 
 
 def give_back() -> None:
-    """Give back what Arrow and, on Linux, the C library keep for later."""
+    """Return the unused memory of Arrow and, on Linux, of the C library."""
     pa.default_memory_pool().release_unused()
     if sys.platform == "linux":
         trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # glibc has it

@@ -1,10 +1,10 @@
-"""Merging of small parts into larger ones, and rows of a part that count no more.
+"""Merging of small parts into larger parts, and superseded rows.
 
-At the end of a launch all small parts are considered. While it runs, its own parts are
-gathered by generation, the number of times that a part has been merged. MOST_GATHERED
-parts of one generation, or 100,000 trials, become one part of the next. So each trial
-is written again only once per generation, and a launch of a million trials has a few
-hundred parts at any time.
+At the end of a launch, all small parts are considered. During a launch, the parts of
+this launch are gathered by generation, the number of times that a part has been merged.
+MOST_GATHERED parts of a generation, or 100,000 trials, become one part of the next
+generation. So each trial is written again only once per generation. A launch of a
+million trials has a few hundred parts at any time.
 """
 
 from collections import defaultdict
@@ -27,7 +27,7 @@ MAX_MERGED_BYTES = 512 * 1024**2
 
 
 class Gathered(NamedTuple):
-    """A part that this launch has stored, its trials and bytes."""
+    """A part that this launch has stored, with its numbers of trials and bytes."""
 
     part: Location
     rows: int
@@ -36,14 +36,14 @@ class Gathered(NamedTuple):
 
 @dataclass
 class Gathering:
-    """Small parts of one launch, oldest first, by how often they have been merged."""
+    """Small parts of one launch by generation, oldest first."""
 
     generations: defaultdict[int, list[Gathered]] = field(
         default_factory=lambda: defaultdict(list)
     )
 
     def add(self, part: Gathered, generation: int = 0) -> None:
-        """Note a new part, unless it is large enough to stay.
+        """Note a new part, unless the part is large enough to stay.
 
         Parameters
         ----------
@@ -55,9 +55,9 @@ class Gathering:
             self.generations[generation].append(part)
 
     def due(self) -> tuple[int, list[Gathered]] | None:
-        """Return the generation whose parts are to be merged now, and these parts.
+        """Return a generation that is due for a merge, and the parts to merge.
 
-        None if there is no such generation.
+        Returns None if no generation is due.
         """
         for generation, held in self.generations.items():
             full = (
@@ -69,14 +69,14 @@ class Gathering:
         return None
 
     def replace(self, generation: int, merged: Gathered) -> None:
-        """Note that a generation has been merged into one part of the next.
+        """Note that a generation has been merged into one part of the next generation.
 
         Parameters
         ----------
         generation : int
             Generation that was merged.
         merged : Gathered
-            Part that its parts have become.
+            The merged part.
         """
         del self.generations[generation]
         self.add(merged, generation + 1)
@@ -96,7 +96,7 @@ def _ids(part: Location) -> pa.ChunkedArray:
 def _are_distinct(parts: Sequence[Location]) -> bool:
     """Return whether certainly no trial is in two parts, which is the usual case.
 
-    This takes 8 bytes per trial, while a join takes 200.
+    The check takes 8 bytes per trial, while a join takes 200 bytes.
     """
 
     def hashes(part: Location) -> NDArray[np.int64]:
@@ -138,14 +138,14 @@ def superseded_rows(parts: Sequence[Location]) -> dict[Location, pa.Array]:
 
 
 def without(table: pa.Table, trial_ids: pa.Array | None) -> pa.Table:
-    """Return the rows of `table` without those trials."""
+    """Return the rows of `table` without some trials; None excludes no trial."""
     if trial_ids is None:
         return table
     return table.filter(pc.invert(pc.is_in(table["trial_id"], value_set=trial_ids)))
 
 
 def mergeable(parts: Sequence[Location], rows: int) -> Iterator[list[Location]]:
-    """Give groups of two or more small parts with the same tables and schemas.
+    """Yield groups of two or more small parts with equal tables and schemas.
 
     Small parts have fewer than `rows` trials. The parts of a group are oldest first.
     """
@@ -165,7 +165,7 @@ def mergeable(parts: Sequence[Location], rows: int) -> Iterator[list[Location]]:
 
 
 def _kind(part: Location) -> tuple[bytes, int, int]:
-    """Return a key that only mergeable parts share, the number of trials, and bytes."""
+    """Return a key that mergeable parts share, the number of trials, and the bytes."""
     files = [part / f"{name}.parquet" for name in table_names(part)]
     with opened(part / "trials.parquet") as file:
         rows = file.metadata.num_rows

@@ -1,11 +1,12 @@
-"""Creation of every file: under a name that nobody can foresee, then renamed.
+"""Creation of every file: under an unpredictable name, followed by a rename.
 
-A file is flushed to the disk before the rename. So it exists whole or not at all. If a
-stranger's folder has a link in its place, the rename replaces the link, and nothing is
-written through it. Everything happens relative to the descriptor of the folder that was
-opened first, so it does no harm if somebody swaps a folder for a link meanwhile.
-Windows cannot open folders. There everything happens by paths, and such a swap is not
-noticed.
+A file is flushed to the disk before the rename. So a file exists as a whole or not at
+all. If an untrusted folder has a link under the name of the file, the rename replaces
+the link, and the target of the link is not written.
+
+All steps use the descriptor of the folder that was opened first. So a folder that is
+replaced by a link meanwhile does no harm. Windows cannot open folders. On Windows all
+steps use paths, and such a replacement is not noticed.
 """
 
 import os
@@ -19,7 +20,7 @@ from sweep.store.durable import flush, flush_names
 
 
 def create(path: Path, folder: int | None = None) -> BinaryIO:
-    """Open a file that does not exist yet, relative to the descriptor `folder`.
+    """Create and open a new file, relative to the descriptor `folder`.
 
     Raises OSError, also for a link.
     """
@@ -36,9 +37,9 @@ def create(path: Path, folder: int | None = None) -> BinaryIO:
 def replacing(path: Path, below: Path | None = None) -> Iterator[BinaryIO]:
     """Open a new file that becomes `path` in one step at the end.
 
-    After an error it is gone. `below` is the folder that the user has named, by default
-    that of `path`. It may be a link. Folders between `below` and `path` are made if
-    they are missing, and none of them may be a link. Raises OSError.
+    After an error the new file is deleted. `below` is the folder that the user has
+    named, by default the folder of `path`; `below` may be a link. Missing folders
+    between `below` and `path` are made, and may not be links. Raises OSError.
     """
     # The name of `path` may be as long as names can be.
     name = f"{path.name[:40]}-{secrets.token_hex(8)}.unfinished"
@@ -73,16 +74,16 @@ class _Folder(Protocol):
     def delete(self, name: str) -> None: ...
 
     def enter(self, name: str) -> "_Folder":
-        """Return a folder in it, which is made if it is missing, and may be no link."""
+        """Return a sub-folder, which is made if missing, and may not be a link."""
 
     def flush(self) -> None:
-        """Flush the names in it, where the system can."""
+        """Flush the names in the folder, if the system can."""
 
     def close(self) -> None: ...
 
 
 class _Opened:
-    """A folder by its descriptor, whatever its path leads to meanwhile."""
+    """A folder by its descriptor, which later changes of the path do not affect."""
 
     def __init__(
         self, path: str | Path, flags: int = 0, above: int | None = None
@@ -114,7 +115,7 @@ class _Opened:
 
 
 class _Named:
-    """A folder by its path, where folders cannot be opened."""
+    """A folder by its path, for systems that cannot open folders."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -140,11 +141,11 @@ class _Named:
         """Do nothing: see `durable.py`."""
 
     def close(self) -> None:
-        """Do nothing: nothing is open."""
+        """Do nothing: no folder is open."""
 
 
 def _open_folder(path: Path, below: Path) -> _Folder:
-    """Return the folder `path`, reached from `below` through no link."""
+    """Return the folder `path`, reached from `below` without links."""
     here = below
     folder: _Folder = _Opened(below) if hasattr(os, "O_DIRECTORY") else _Named(below)
     for name in path.relative_to(below).parts:
@@ -152,7 +153,7 @@ def _open_folder(path: Path, below: Path) -> _Folder:
         try:
             inner = folder.enter(name)
         except NotADirectoryError:
-            raise OSError(f"{here} is a symbolic link, or no folder") from None
+            raise OSError(f"{here} is a symbolic link, or not a folder") from None
         finally:
             folder.close()
         folder = inner

@@ -1,9 +1,10 @@
-"""Origin of stored tables, as their metadata have it.
+"""Origin of stored tables, read from their metadata and checked.
 
-It is JSON, and is checked, as anyone may have written it. An entry that is missing, or
-of another kind than we write, raises a StoreError that names the file. Further entries
-are left alone. Some came with later versions: those of LATER together, those of
-COMPUTED and of ALONE one by one. Only trials that no processor has run have a `device`.
+The origin is JSON from a possibly untrusted file, so every entry is checked. A missing
+entry, or an entry of a wrong type, raises a StoreError that names the file. Unknown
+entries are ignored. Later versions added entries: the entries of LATER appear together,
+and the entries of COMPUTED and ALONE independently. Only trials that ran on a device
+such as a GPU have a `device`.
 """
 
 from collections.abc import Mapping
@@ -44,9 +45,7 @@ COMPUTED = {
     "packages": {kind: {} for kind in Code._fields[1:]},
     "device": {"name": str, "driver": str, "numba_cuda": str, "nvvm": str},
 }
-"""By which code: its hashes, which of the user's own, and entries of packages; and on
-which device.
-"""
+"""Entries on the computation: code hashes, custom code, packages and the device."""
 ALONE = COMPUTED | {
     "axes": {str: {"fields": [str], "sampler": str | None}},
     "designs": [[str]],
@@ -72,7 +71,7 @@ def part_provenance(schema: pa.Schema, file: Location) -> dict[str, Any]:
 
 
 def plan_provenance(plan: pa.Table, file: Location) -> dict[str, Any]:
-    """Return the origin of a plan, which has the columns that it names.
+    """Return the origin of a plan, after a check of the columns that the origin names.
 
     Raises StoreError.
     """
@@ -106,7 +105,7 @@ def stamps(origin: Mapping[str, Any]) -> Code | None:
 def machine_said(origin: Mapping[str, Any]) -> str:
     """Return the machine and the versions on which results depend, in one line.
 
-    First comes the device that has run the trials, if one has.
+    The line begins with the device, if a device ran the trials.
     """
     versions = origin["versions"]
     named = ", ".join(
@@ -120,9 +119,9 @@ def machine_said(origin: Mapping[str, Any]) -> str:
 
 
 def device_said(origin: Mapping[str, Any]) -> str:
-    """Return the device that has run trials, and what compiled for it.
+    """Return the device that ran trials, and the versions of its compilers.
 
-    It is "" for a processor.
+    The string is "" for a processor.
     """
     if "device" not in origin:
         return ""
@@ -134,10 +133,10 @@ def device_said(origin: Mapping[str, Any]) -> str:
 
 
 def same_code(earlier: Mapping[str, Any], later: Mapping[str, Any]) -> bool:
-    """Return whether trials of two origins are computed by the same code.
+    """Return whether equal code computed the trials of two origins.
 
-    Only models, metrics and maps that they have in common count. Before 0.7 only one
-    hash of all kernels was recorded.
+    Only common models, metrics and maps count. Versions before 0.7 recorded a single
+    hash of all kernels.
     """
     then = stamps(earlier)
     now = stamps(later)
@@ -149,7 +148,7 @@ def same_code(earlier: Mapping[str, Any], later: Mapping[str, Any]) -> bool:
 def metadata(
     schema: pa.Schema, key: bytes, shape: dict[str, Any], file: Location, remedy: str
 ) -> dict[str, Any]:
-    """Return the value under a key of a table's metadata.
+    """Return the value of a key in the metadata of a table.
 
     Parameters
     ----------
@@ -161,7 +160,7 @@ def metadata(
     file : Location
         File of the table, for the error.
     remedy : str
-        How to fix it, for the error.
+        How to fix the file, for the error.
 
     Raises
     ------
@@ -176,5 +175,5 @@ def metadata(
 
 
 def _unknown(file: Location, remedy: str) -> UnreadableError:
-    wrong = "does not say, or not rightly, where it comes from"
+    wrong = "has no valid provenance in its metadata"
     return UnreadableError(file, wrong, remedy)

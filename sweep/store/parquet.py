@@ -1,6 +1,6 @@
-"""Parquet files as the store writes and reads them.
+"""Reading and writing of parquet files in the store.
 
-They are checksummed, and errors are clear about damage.
+The files have checksums, and errors report damage.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -27,16 +27,16 @@ def remedy_for(part: Location) -> str:
     """Return how to fix a part that cannot be read."""
     if isinstance(part, Path) and not part.exists():
         return (
-            "it has been removed: launch the study again, which runs its trials again"
+            "the part has been removed: launch the study again to run its trials again"
         )
     if isinstance(part, Path):
         return (
-            f"launch the study again: that sets {part.name} aside, below damaged,"
-            " and runs its trials again"
+            f"launch the study again, to set {part.name} aside below damaged and to"
+            " run its trials again"
         )
     return (
-        f"delete {part}/manifest.json and launch the study again:"
-        " that runs its trials again"
+        f"delete {part}/manifest.json and launch the study again,"
+        " to run its trials again"
     )
 
 
@@ -44,8 +44,8 @@ def remedy_for(part: Location) -> str:
 def opened(path: Location, remedy: str | None = None) -> Iterator[Any]:
     """Open a parquet file for reading.
 
-    Raises UnreadableError if it cannot be read, where `remedy` says how to fix it, and
-    TooLargeError if this machine cannot hold it.
+    Raises UnreadableError with `remedy`, the fix, if the file cannot be read, and
+    TooLargeError if the memory of this machine cannot hold the file.
     """
     local = isinstance(path, Path)
     try:
@@ -76,8 +76,8 @@ def opened(path: Location, remedy: str | None = None) -> Iterator[Any]:
 def each(parts: Sequence[Location], read: Callable[[Location], T]) -> list[T]:
     """Return the result of `read` for each part, in their order.
 
-    In an object store several of them run at once: each makes a request or two. After
-    the store was away, only the parts that it did not give are read again.
+    In an object store several calls run at once, because each call makes a request or
+    two. After an outage of the store, only the parts that failed are read again.
     """
     if len(parts) < 2 or isinstance(parts[0], Path):
         return [read(part) for part in parts]
@@ -102,7 +102,7 @@ def each(parts: Sequence[Location], read: Callable[[Location], T]) -> list[T]:
 
 
 def check_part(tables: Mapping[str, pa.Table]) -> None:
-    """Raise ValueError for tables that are no part: see `Store.append`."""
+    """Raise ValueError for tables that are not a valid part: see `Store.append`."""
     for name, table in tables.items():
         if (
             "trial_id" not in table.column_names
@@ -122,7 +122,7 @@ def check_part(tables: Mapping[str, pa.Table]) -> None:
 
 
 def load_table(part: Location, name: str, columns: list[str] | None = None) -> pa.Table:
-    """Return a part's table, or some of its columns.
+    """Return a table of a part, or some columns of the table.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def load_table(part: Location, name: str, columns: list[str] | None = None) -> p
 
 
 def pieces(part: Location, name: str) -> Iterator[pa.Table]:
-    """Give a table of a part as it was written, row group after row group.
+    """Yield the row groups of a table of a part, in the order of writing.
 
     Raises StoreError for a damaged file.
     """
@@ -154,7 +154,7 @@ def pieces(part: Location, name: str) -> Iterator[pa.Table]:
 def stored_schema(path: Location) -> pa.Schema:
     """Return the schema of a file.
 
-    Raises StoreError for a damaged one.
+    Raises StoreError for a damaged file.
     """
     with opened(path) as file:
         return file.schema_arrow
@@ -163,8 +163,8 @@ def stored_schema(path: Location) -> pa.Schema:
 def table_writer(file: BinaryIO, schema: pa.Schema) -> pq.ParquetWriter:
     """Return a writer of tables into a file.
 
-    It writes strings as dictionaries, and floats split by byte: trajectories are
-    smaller so than in any dictionary.
+    The writer stores strings as dictionaries and splits floats by byte. This encoding
+    makes trajectories smaller than a dictionary does.
     """
     return pq.ParquetWriter(
         file,
@@ -182,7 +182,10 @@ def table_writer(file: BinaryIO, schema: pa.Schema) -> pq.ParquetWriter:
 
 
 def _leaves(field: pa.Field, matches: Callable[[pa.DataType], bool]) -> list[str]:
-    """Return the parquet path of a column whose values, or those of lists, match."""
+    """Return the parquet path of a column whose values, or list elements, match.
+
+    The list is empty if the type does not match.
+    """
     kind = field.type
     path = field.name
     if isinstance(kind, pa.BaseExtensionType):

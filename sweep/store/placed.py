@@ -1,6 +1,7 @@
-"""Numbers of the rows of some trials in the parts of a study.
+"""Row numbers of some trials in the parts of a study.
 
-The ids of all parts are read and looked up once, whatever is read of the trials then.
+The ids of all parts are read and looked up once, before any column of the trials is
+read.
 """
 
 from collections.abc import Sequence
@@ -20,15 +21,15 @@ ID = "trial_id"
 
 
 class PartRows(NamedTuple):
-    """Trials of a part.
+    """Trials of a part, some of them selected.
 
     Attributes
     ----------
     part : Location
     ids : ChunkedArray
-        Ids of its k trials.
+        Ids of the k trials of the part.
     selected : array of bool
-        Trials that are asked for and in no later part, shape (k,).
+        Requested trials that are not in a later part, shape (k,).
     """
 
     part: Location
@@ -37,16 +38,16 @@ class PartRows(NamedTuple):
 
 
 class PlacedTrials(NamedTuple):
-    """Numbers of the rows of some trials.
+    """Row numbers of some trials.
 
     Attributes
     ----------
     parts : list of PartRows
     ids : ChunkedArray
-        Ids of the k trials asked for that are stored, in the order asked for.
+        Ids of the k requested trials that are stored, in the order of the request.
     rows : array of int
-        Number of each among the selected rows of all parts, one part after the other,
-        shape (k,).
+        Number of each trial in the selected rows of all parts, part after part, shape
+        (k,).
     """
 
     parts: list[PartRows]
@@ -57,9 +58,10 @@ class PlacedTrials(NamedTuple):
 def placed_trials(
     parts: Sequence[Location], trial_ids: pa.ChunkedArray | pa.Array
 ) -> PlacedTrials:
-    """Return the numbers of the rows of some trials in `parts`, which are oldest first.
+    """Return the row numbers of some trials in `parts`, which are oldest first.
 
-    Of a trial in several parts the latest counts. Raises StoreError for a damaged part.
+    If several parts have a trial, the latest part counts. Raises StoreError for a
+    damaged part.
     """
     tables = each(parts, lambda part: load_table(part, "trials", [ID]))
     columns = [table[ID] for table in tables]
@@ -82,18 +84,18 @@ def placed_trials(
 
 
 def load_wanted(rows: PartRows, name: str, columns: list[str] | None) -> pa.Table:
-    """Return the rows of a table of a part of the trials that are selected.
+    """Return the rows of the selected trials in a table of a part.
 
-    If none is selected, only the schema of the table is read.
+    Without a selected trial only the schema of the table is read.
 
     Parameters
     ----------
     rows : PartRows
-        The part, and which of its trials are selected.
+        The part and its selected trials.
     name : str
         Name of the table.
     columns : list of str or None
-        None for all.
+        Columns; None for all.
 
     Raises
     ------
@@ -117,7 +119,7 @@ def load_wanted(rows: PartRows, name: str, columns: list[str] | None) -> pa.Tabl
 def load_each(
     parts: Sequence[PartRows], name: str, columns: list[str] | None
 ) -> list[pa.Table]:
-    """Return the selected rows of a table of each of some parts, by `load_wanted`.
+    """Return the selected rows of a table for each part, by `load_wanted`.
 
     Parameters
     ----------
@@ -125,7 +127,7 @@ def load_each(
     name : str
         Name of the table.
     columns : list of str or None
-        None for all.
+        Columns; None for all.
     """
     rows = {part_rows.part: part_rows for part_rows in parts}
     return each([*rows], lambda part: load_wanted(rows[part], name, columns))
@@ -134,8 +136,8 @@ def load_each(
 def in_order(placed: PlacedTrials, columns: Sequence[str]) -> pa.Table:
     """Return ids and columns of placed trials, in their order.
 
-    The columns are those that any of their parts has, united as by `Store.read`. Raises
-    StoreError for a damaged part, and for one that is no longer there.
+    Columns that none of the parts has are left out. The parts are united as by
+    `Store.read`. Raises StoreError for a part that is damaged or no longer exists.
     """
     names = [name for name in dict.fromkeys(columns) if name != ID]
     rows = {part_rows.part: part_rows for part_rows in placed.parts}
@@ -152,10 +154,10 @@ def in_order(placed: PlacedTrials, columns: Sequence[str]) -> pa.Table:
 
 
 def _numbered(table: pa.Table) -> pa.Table:
-    """Return a table whose strings are numbers of different ones.
+    """Return a table with dictionary-encoded strings.
 
-    Many rows have few different strings. Numbers are put into order in a tenth of the
-    time, and need little memory.
+    Many rows have few different strings. Sorting of numbers takes a tenth of the time
+    of strings, and little memory.
     """
     for place, field in enumerate(table.schema):
         if pa.types.is_string(field.type):
@@ -165,7 +167,7 @@ def _numbered(table: pa.Table) -> pa.Table:
 
 
 def _spelled(table: pa.Table) -> pa.Table:
-    """Return the same table with its strings."""
+    """Return the table with decoded strings."""
     kinds = [
         field.with_type(field.type.value_type)
         if pa.types.is_dictionary(field.type)

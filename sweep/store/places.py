@@ -1,8 +1,10 @@
 """Interface of the place of a study: a folder, or a prefix of an object store.
 
-Both keep the same promises: a part exists whole or not at all, a small file is the old
-one or the new one, and a process that is killed between any two steps loses and doubles
-nothing. `folders.py` and `buckets.py` say how.
+Each place keeps three promises, which `folders.py` and `buckets.py` describe:
+
+- A part exists as a whole or not at all.
+- A small file has the old content or the new content.
+- A process that is killed between any two steps loses no trial and doubles no trial.
 """
 
 from contextlib import AbstractContextManager
@@ -18,25 +20,25 @@ from sweep.store.lock_files import Claims
 class StudyPlace(Protocol):
     """Place of a study.
 
-    Its methods raise StoreError if it cannot be read or written.
+    The methods raise StoreError if the place cannot be read or written.
     """
 
     @property
     def root(self) -> Location:
-        """Folder or prefix of everything of the study."""
+        """Folder or prefix of all files of the study."""
 
     @property
     def lock(self) -> Claims:
-        """Claims of those who are launching the study."""
+        """Claims of the launches of the study."""
 
     def staging(self, name: str) -> AbstractContextManager[Path]:
-        """Make a new local folder for making a part or a file; deleted afterwards."""
+        """Make a new local folder for a part or a file; deleted afterwards."""
 
     def parts(self) -> list[Location]:
         """Return all parts, oldest first."""
 
     def commit(self, staged: Path, name: str) -> Location:
-        """Turn a staged folder into a part, in one step, and return its place.
+        """Turn a staged folder into a part, in one step, and return its location.
 
         Parameters
         ----------
@@ -47,13 +49,13 @@ class StudyPlace(Protocol):
         """
 
     def put(self, staged: Path) -> None:
-        """Turn a staged file into that of the same name in the study, in one step."""
+        """Move a staged file into the study, in one step, and replace an older file."""
 
     def remove(self, name: str) -> None:
         """Delete a file of the study, if it exists."""
 
     def fetched(self, parts: list[Location]) -> AbstractContextManager[list[Location]]:
-        """Give the parts where they can be read often and fast."""
+        """Yield copies or originals of the parts, where reads are fast."""
 
     def discard(self, part: Location) -> None:
         """Delete a part, in one step."""
@@ -61,30 +63,30 @@ class StudyPlace(Protocol):
     def set_aside(self, part: Location) -> Location | None:
         """Move a part below damaged/.
 
-        Returns its new place; None if it is gone.
+        Returns the new location; None if the part is gone.
         """
 
     def tidy(self, *, alone: bool) -> None:
-        """Delete what dead processes were writing.
+        """Delete unfinished files of dead processes.
 
-        If `alone`, nobody else is at work on the study.
+        If `alone`, no further launch works on the study.
         """
 
     def content(self) -> dict[str, int]:
-        """Return the bytes of the study, by name; not of its lock."""
+        """Return the bytes of the study by name, without the lock."""
 
     def rename(self, target: Any) -> None:
-        """Make it the study in the place `target`, of the same kind.
+        """Move the study to the location `target`, of the same kind.
 
-        At no moment is there half a study, and it is never in neither place. Raises
-        StoreError if something is there already.
+        At any time a whole study exists at the old or the new location. Raises
+        StoreError if `target` exists already.
         """
 
     def delete(self) -> None:
-        """Delete the study, its plan first; its lock and everything else stay."""
+        """Delete the study, its plan first; the lock and further files stay."""
 
     def left(self) -> list[str]:
-        """Return the names that remain, once the study is gone and its lock."""
+        """Return the names that remain after deletion of the study and its lock."""
 
 
 def place_of(root: Location, results: Location) -> StudyPlace:

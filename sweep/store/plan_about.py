@@ -1,4 +1,4 @@
-"""Record of a study in its plan, next to the trials: written and read here alone."""
+"""Record of a study in the metadata of the plan, written and read only here."""
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
@@ -17,15 +17,15 @@ OPTIONAL = (
     "continued",
     "details",
 )
-"""Entries that only some plans have."""
+"""Entries that a plan may lack."""
 
 
 @dataclass(frozen=True)
 class AxisAbout:
-    """The parameters of an axis, and what sampled them.
+    """The parameters and the sampler of an axis.
 
-    A sample that is read in blocks has their `size` and `levels`. `rows` has the row of
-    the sample of each point, if equal points are one.
+    A sample that is read in blocks has the `size` and the `levels` of the blocks.
+    `rows` has the distinct row of each row of the sample, if equal rows are merged.
     """
 
     settings: list[str]
@@ -51,7 +51,7 @@ class AxisAbout:
 
     @classmethod
     def read(cls, stored: Mapping[str, Any]) -> "AxisAbout":
-        """Return the record from a stored plan, whose shape has been checked."""
+        """Return the record from a stored plan with a checked shape."""
         return cls(
             stored["fields"],
             stored["sampler"],
@@ -70,33 +70,33 @@ class AxisAbout:
 
 @dataclass(frozen=True)
 class PlanAbout:
-    """Record of a study in its plan.
+    """Record of a study in the plan.
 
     Attributes
     ----------
     varied : list of str
         Parameters that differ between points, in the order of the columns.
     record : list of str
-        Metrics.
+        Recorded metrics.
     maps : dict
-        Maps that the spec brings, as `OwnMap.as_json` writes them.
+        Custom maps of the spec, in the format of `OwnMap.as_json`.
     ablated : dict
-        Groups of parameters of each preset that an axis ablates, or of the axis whose
-        details the spec names.
+        Groups of parameters, the components, by ablated preset, or by axis if the spec
+        names the components.
     axes : dict or None
-        Sample of each axis; None in plans of before 0.2.
+        Sample of each axis; None in plans before 0.2.
     designs : list of list of str, optional
-        Names of the axes of each design, if several are united.
+        Names of the axes of each design, if several designs are united.
     series : list of str, optional
-        Metrics that are kept of each frame; None in plans up to 0.9.
+        Metrics that are recorded in each frame; None in plans up to 0.9.
     tables : list of str, optional
-        Tables that are stored; None in plans up to 0.9.
+        Stored tables; None in plans up to 0.9.
     continued : dict, optional
-        Name of the axis that is continued, and the directions of its chains.
+        Name of the continued axis, and the directions of the chains.
     sections : mapping
         Records of the sections of methods, by key.
     details : list of str, optional
-        Names of the details that the spec names.
+        Names that the spec gives to components.
     """
 
     varied: list[str]
@@ -147,7 +147,7 @@ class PlanAbout:
 
     @classmethod
     def read(cls, provenance: Mapping[str, Any]) -> "PlanAbout":
-        """Return the record from the metadata of a plan, whose shape was checked."""
+        """Return the record from the checked metadata of a plan."""
         axes = provenance.get("axes")
         return cls(
             varied=provenance["varied"],
@@ -170,7 +170,7 @@ class PlanAbout:
         )
 
     def into(self, plan: pa.Table, origin: Mapping[str, object]) -> pa.Table:
-        """Return the plan with the record, and its origin, in its metadata.
+        """Return the plan with the record and the origin in its metadata.
 
         Parameters
         ----------
@@ -194,16 +194,16 @@ class PlanAbout:
             if getattr(self, name) is not None:
                 entries[name] = getattr(self, name)
         if taken := entries.keys() & self.sections.keys():
-            raise ValueError(f"a plan has these itself: {', '.join(sorted(taken))}")
+            raise ValueError(f"reserved for the plan: {', '.join(sorted(taken))}")
         entries |= self.sections
         text = json.dumps(entries, sort_keys=True)
         return plan.replace_schema_metadata({PROVENANCE: text.encode()})
 
 
 def _chained(axes: Iterable[Axis]) -> dict[str, Any] | None:
-    """Return the axis that is continued, and the directions of its chains.
+    """Return the continued axis, and the directions of the chains.
 
-    None if no axis is continued.
+    Returns None if no axis is continued.
     """
     axis = continued_axis(axes)
     if axis is None or axis.continued is None:

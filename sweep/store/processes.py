@@ -1,6 +1,6 @@
-"""Identity of this machine and of processes, and how a process ends.
+"""Identity of this machine and of processes, and the end of a process.
 
-This is the one place that knows the calls of each system for that.
+Only this module contains the system calls for these tasks.
 """
 
 import ctypes
@@ -24,13 +24,13 @@ LOOK_SECONDS = 0.5
 def host() -> str:
     """Return the name of this machine.
 
-    It is without the character that parts names of folders.
+    The name does not contain "~", the separator in names of folders.
     """
     return socket.gethostname().replace("~", "-")
 
 
 def cpu_name() -> str:
-    """Return the processor's name as the system gives it."""
+    """Return the name that the system gives to the processor."""
     try:
         lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
     except OSError:
@@ -44,9 +44,9 @@ def cpu_name() -> str:
 
 
 def machine() -> str:
-    """Return the scope in which a process id means one process.
+    """Return the scope in which a process id identifies a process.
 
-    On Linux that is the boot and the id namespace.
+    On Linux the scope is the boot and the id namespace.
     """
     if sys.platform != "linux":
         return host()
@@ -58,18 +58,18 @@ def machine() -> str:
 def here() -> str:
     """Return the name of this machine and eight characters of the hash of `machine()`.
 
-    It is for names of folders. Two containers may have one host name; a process id of
-    one means nothing in the other.
+    Names of folders contain this string. Two containers may have equal host names,
+    although their process ids are unrelated.
     """
     return f"{host()}-{sha256(machine().encode()).hexdigest()[:8]}"
 
 
 def started(process: int) -> str | None:
-    """Return when a process here began, as text; None if there is no such process.
+    """Return the start time of a process as a string; None if no such process exists.
 
-    On Linux no jump of the clock changes the text. Together with its id this names a
-    process for ever. A process that has ended, but whose parent has not noticed, counts
-    as none.
+    On Linux a jump of the clock does not change the string. The string and the process
+    id together identify a process for ever. A process that has ended, but whose parent
+    has not noticed, does not exist in this sense.
     """
     if sys.platform == "linux":
         try:
@@ -97,23 +97,24 @@ def user() -> str:
 
 
 def end(process: int) -> None:
-    """End a child process at once, whatever it does.
+    """End a child process at once, in any state.
 
-    On Windows, which has no SIGKILL, SIGTERM does that.
+    Windows has no SIGKILL. There SIGTERM has this effect.
     """
     with suppress(ProcessLookupError):
         os.kill(process, getattr(signal, "SIGKILL", signal.SIGTERM))
 
 
 def end_with(parent: int, began: str | None) -> None:
-    """Make sure that this process ends with its parent, whatever ends that one.
+    """Make sure that this process ends with its parent, for any cause.
 
-    `began` is what `started` returns for the parent. Linux sees to it, even where a
-    call of this process never returns. Elsewhere a thread looks twice a second.
+    `began` is the result of `started` for the parent. On Linux the kernel ends this
+    process, even during a call that never returns. On further systems a thread checks
+    the parent twice a second.
     """
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-        if os.getppid() != parent:  # it ended before we had asked
+        if os.getppid() != parent:  # the parent ended before the call of prctl
             os._exit(1)
     else:
         threading.Thread(target=_await_end, args=(parent, began), daemon=True).start()

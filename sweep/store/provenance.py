@@ -35,9 +35,9 @@ HERE = Path(__file__).parent.parent
 def launch_provenance(
     study: Study, device: dict[str, str] | None = None
 ) -> dict[str, Any]:
-    """Return all that is recorded with every part of a launch, ready for JSON.
+    """Return the provenance of every part of a launch, ready for JSON.
 
-    `device` is the device on which its trials run, if that is not the processor.
+    `device` is the device on which the trials run, or None for the processor.
     """
     code = study_code(study)
     spec_state = study_state(study.path, study.text)
@@ -64,24 +64,24 @@ def measured_provenance(
 ) -> dict[str, Any]:
     """Return the origin of trials, or of a plan, with metrics that were measured later.
 
-    Its `measured` has the code, versions and machine that measured them here.
+    The entry `measured` has the code, the versions and the machine of the measurement.
 
     Parameters
     ----------
     origin : mapping
-        Origin of the same trials before.
+        Origin of the trials before the measurement.
     study : Study
-        A study that records all of their metrics.
+        A study that records all old and new metrics.
     spec : str
-        Text of a spec that does.
+        Text of the spec of `study`.
     """
     then = Code(**origin["code"])
     now = study_code(study)
     code = then._replace(metrics={**then.metrics, **now.metrics})
     added = _added_code(study, code)
     if "own" in origin and added["own"]["sha"] == origin["own"]["sha"]:
-        added["own"] = origin["own"]  # else another user's code would become ours
-    # The plan writes the records of its sections itself.
+        added["own"] = origin["own"]  # keeps the seal of the user who launched
+    # `PlanAbout.into` writes the records of the sections.
     left_out = {"study_git", *sections()}
     earlier = {name: origin[name] for name in origin if name not in left_out}
     here = {"git": git_state(HERE) or built_from(HERE), **machine()}
@@ -91,8 +91,8 @@ def measured_provenance(
 def _added_code(study: Study, code: Code) -> dict[str, Any]:
     """Return the custom code and the packages that compute the trials.
 
-    Custom code has the user's seal. Of entries of other packages it has what tables
-    need to know of them: the packages may be gone one day.
+    Custom code has the seal of the user. Entries of packages have a description for
+    tables, because a package may be uninstalled later.
     """
     known = study.known
     names = {
@@ -110,9 +110,9 @@ def _added_code(study: Study, code: Code) -> dict[str, Any]:
 
 @cache
 def machine() -> dict[str, Any]:
-    """Return what results may depend on in addition to the code.
+    """Return the versions, the system and the processor.
 
-    These are versions, system and processor.
+    Results may depend on these in addition to the code.
     """
     return {
         "versions": {"python": platform.python_version()}
@@ -125,10 +125,10 @@ def machine() -> dict[str, Any]:
 
 @cache
 def installed() -> tuple[str, ...]:
-    """Return all distributions in reach of this process, as `name==version`, sorted.
+    """Return `name==version` of all distributions on `sys.path`, sorted.
 
-    They are read from the names of their metadata folders, a hundred times as fast as
-    with importlib.metadata.
+    The names of metadata folders contain the versions. Reading these names is a hundred
+    times as fast as importlib.metadata.
     """
     folders = {
         path.stem for place in sys.path for path in Path(place).glob("*.dist-info")

@@ -1,6 +1,6 @@
-"""Records of the stored trials of a study, and trials that serve for others.
+"""Recorded data of stored trials, and stored trials that replace missing trials.
 
-A stored trial serves for one that is the same run and records less.
+A stored trial replaces a missing trial that is an equal run and records less.
 """
 
 import json
@@ -37,10 +37,10 @@ from sweep.store.store import Store
 
 
 def stored_recordings(store: Store) -> list[Recording]:
-    """Return what the parts of a store record, each recording once.
+    """Return the recordings of the parts of a store, each recording once.
 
-    Those of before 0.7 are left out: their ids covered other things. Raises StoreError
-    for a damaged part.
+    Recordings of versions before 0.7 are left out, because ids of trials covered
+    different inputs. Raises StoreError for a damaged part.
     """
 
     def read(parts: list[Location]) -> list[Recording]:
@@ -54,13 +54,13 @@ def stored_recordings(store: Store) -> list[Recording]:
 
 
 def others_stored(store: Store, study: Study) -> list[Recording]:
-    """Return the recordings of trials of a store that are not those of `study`."""
+    """Return the recordings of a store, except the recording of `study`."""
     own = Recording.of(study)
     return [recording for recording in stored_recordings(store) if recording != own]
 
 
 def measured(columns: Iterable[str], derived: Iterable[str]) -> list[str]:
-    """Return the metrics that kernels measured, by the columns of trials."""
+    """Return the metrics that kernels measured, from the names of columns of trials."""
     names = list(columns)
     excluded = set(derived)
     return [
@@ -105,16 +105,16 @@ def _recording(part: Location) -> Recording | None:
 
 @dataclass(frozen=True, eq=False)
 class Served:
-    """Trials that are not stored, and the stored ones that serve in their place.
+    """Missing trials, and stored trials that replace them.
 
-    Those are the same runs and record more.
+    A stored trial is an equal run and records more.
 
     Attributes
     ----------
     missing : KnownIds
-        Ids of the n trials that are not stored.
+        Ids of n missing trials.
     stored : Ids
-        Ids of the stored trials in their place, shape (n,).
+        Ids of the stored trials that replace the missing trials, shape (n,).
     """
 
     missing: KnownIds
@@ -122,12 +122,12 @@ class Served:
 
     @classmethod
     def of(cls, missing: Ids, stored: Ids) -> "Served":
-        """Pair each of some trials with the stored one in its place.
+        """Pair missing trials with stored trials.
 
         Parameters
         ----------
         missing : Ids
-            Ids of n trials that are not stored, shape (n,).
+            Ids of n missing trials, shape (n,).
         stored : Ids
             Ids of the stored trials, shape (n,).
         """
@@ -137,7 +137,7 @@ class Served:
         return len(self.stored)
 
     def into(self, ids: Ids) -> Ids:
-        """Return the ids with stored trials in the place of those that they serve."""
+        """Return the ids, with missing trials replaced by stored trials."""
         replaced = ids.copy()
         for block in blocks(replaced):
             rows = self.missing.places(block)
@@ -146,7 +146,7 @@ class Served:
         return replaced
 
     def into_rows(self, rows: pa.RecordBatchReader) -> pa.RecordBatchReader:
-        """Return rows with the same change in their column `trial_id`."""
+        """Return rows with replaced ids in the column `trial_id`."""
         column = rows.schema.get_field_index("trial_id")
         field = rows.schema.field(column)
 
@@ -161,7 +161,7 @@ class Served:
         return pa.RecordBatchReader.from_batches(rows.schema, map(into, rows))
 
     def also(self, more: "Served") -> "Served":
-        """Return these trials and more."""
+        """Return the union of these pairs and `more`."""
         if not len(self):
             return more
         rows = np.concatenate([self.missing.rows, len(self) + more.missing.rows])
@@ -181,19 +181,19 @@ def served(
     known: KnownIds,
     done: NDArray[np.bool_],
 ) -> Served:
-    """Return which of some jobs of a study are served by trials that are stored.
+    """Return the missing trials of a study that stored trials replace.
 
     Parameters
     ----------
     study : Study
     jobs : sequence of Job
-        Trials of the study that are not stored.
+        Missing trials of the study.
     recordings : iterable of Recording
-        What stored trials record that are of another spec.
+        Recordings of stored trials of a different spec.
     known : KnownIds
         Ids of the n stored trials.
     done : array of bool
-        Which of them are done, shape (n,).
+        True for stored trials with the status done, shape (n,).
     """
     needed = Recording.of(study)
     covering = [recording for recording in recordings if recording.covers(needed)]

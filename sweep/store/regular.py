@@ -1,7 +1,7 @@
-"""Reading of stored files: only ordinary ones, not through links, up to a size.
+"""Reading of stored files: only regular files, without links, up to a size.
 
-A store may come from anyone. In the place of a file, a pipe would make us wait, a
-device has no end, and a link leads out of the study.
+A store may be untrusted. A pipe in place of a file would block the reader, a device has
+no end, and a link leads out of the study.
 """
 
 import errno
@@ -15,21 +15,22 @@ from sweep.store.locations import Location
 
 
 class ForeignError(OSError):
-    """A file that we have not written: it is no ordinary file, or too large."""
+    """A file that boidsweep has not written: not a regular file, or too large."""
 
 
 def quietly() -> int:
     """Return flags of `os.open` that follow no link and wait for no pipe.
 
-    They are 0 where the system has none.
+    The flags are 0 on a system without them.
     """
     return getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
 
 
 def open_regular(path: Path, flags: int = os.O_RDONLY) -> BinaryIO:
-    """Open an ordinary file for reading, with other `flags` for writing too.
+    """Open a regular file for reading, or with `flags` for writing too.
 
-    Raises OSError for anything else, and for writing if the file has a second name.
+    Raises OSError if the file is not regular, and for writing if the file has a second
+    name (a hard link).
     """
     if not hasattr(os, "O_NOFOLLOW") and path.is_symlink():
         raise _link()
@@ -42,23 +43,23 @@ def open_regular(path: Path, flags: int = os.O_RDONLY) -> BinaryIO:
     status = os.fstat(descriptor)
     if not stat.S_ISREG(status.st_mode):
         os.close(descriptor)
-        raise ForeignError("is no ordinary file")
+        raise ForeignError("is not a regular file")
     if flags != os.O_RDONLY and status.st_nlink > 1:
         os.close(descriptor)
-        raise ForeignError("has a second name (a hard link): put a copy in its place")
+        raise ForeignError("has a second name (a hard link): replace it with a copy")
     return os.fdopen(descriptor, "rb" if flags == os.O_RDONLY else "r+b")
 
 
 def regular_size(path: Path) -> int:
-    """Return the bytes of an ordinary file, for those who open it by its path.
+    """Return the bytes of a regular file, for libraries that open files by path.
 
-    Raises OSError for anything else.
+    Raises OSError if the file is not regular.
     """
     status = path.lstat()
     if stat.S_ISLNK(status.st_mode):
         raise _link()
     if not stat.S_ISREG(status.st_mode):
-        raise ForeignError("is no ordinary file")
+        raise ForeignError("is not a regular file")
     return status.st_size
 
 
@@ -69,7 +70,7 @@ def _link() -> OSError:
 
 
 def open_stored(path: Location) -> Any:
-    """Open a stored file, or object, for reading.
+    """Open a stored file or object for reading.
 
     Raises OSError as `open_regular` does.
     """
@@ -77,9 +78,9 @@ def open_stored(path: Location) -> Any:
 
 
 def read_whole(path: Location, most: int) -> bytes:
-    """Return the content of a small file, or object.
+    """Return the content of a small file or object.
 
-    Raises OSError, also if it has more than `most` bytes.
+    Raises OSError, also if the content has more than `most` bytes.
     """
     if isinstance(path, Path):
         with open_regular(path) as file:
@@ -92,7 +93,7 @@ def read_whole(path: Location, most: int) -> bytes:
 
 
 def read_json(path: Location, most: int, shape: Any) -> Any:
-    """Return the value of a small file, or object, in JSON.
+    """Return the value of a small JSON file or object.
 
     Parameters
     ----------
@@ -105,30 +106,30 @@ def read_json(path: Location, most: int, shape: Any) -> Any:
     Raises
     ------
     OSError, ValueError
-        If the file cannot be read, is larger, or its value has another shape.
+        If the file cannot be read, is larger, or has a value of another shape.
     """
     return parsed(read_whole(path, most), shape)
 
 
 def parsed(content: bytes, shape: Any) -> Any:
-    """Return the value of a text in JSON.
+    """Return the value of a JSON text.
 
     Raises ValueError for another shape: see `fits`.
     """
     try:
         value = json.loads(content)
     except RecursionError:
-        raise ValueError("it is nested too deeply") from None
+        raise ValueError("the JSON is nested too deeply") from None
     if not fits(value, shape):
-        raise ValueError("it does not have the entries that it should")
+        raise ValueError("the JSON does not have the required entries")
     return value
 
 
 def fits(value: object, shape: Any) -> bool:
     """Return whether a value from JSON has a shape.
 
-    That is a type, [shape] for a list, {str: shape} for a mapping, or {name: shape,
-    ...} for a mapping that has these names, and may have others.
+    A shape is a type, [shape] for a list, or {str: shape} for a mapping. The shape
+    {name: shape, ...} is a mapping with these names, and possibly further names.
     """
     if isinstance(shape, list):
         return isinstance(value, list) and all(fits(inner, shape[0]) for inner in value)

@@ -1,8 +1,8 @@
-"""State of our code, and of the spec of a study, in git.
+"""State of the code of boidsweep, and of the spec of a study, in git.
 
-git runs nothing that a repository names. A wheel has no repository: its BUILT_FROM has
-the state where it was built. hatch_build.py writes it, and loads this module by its
-file, so that this needs nothing but Python.
+git runs no command that a repository configures. A wheel has no repository: its
+BUILT_FROM has the state of the code at the build. hatch_build.py writes BUILT_FROM, and
+loads this module by its path. So this module imports only the standard library.
 """
 
 import hashlib
@@ -20,21 +20,21 @@ OURSELVES = ("--no-ext-diff", "--no-textconv", "--ignore-submodules=all")
 APART = {"GIT_OPTIONAL_LOCKS": "0", "GIT_NO_LAZY_FETCH": "1", "GIT_ALLOW_PROTOCOL": ""}
 """Variables with which git neither writes the index nor fetches objects.
 
-A partial clone lacks some.
+A partial clone lacks objects, which git would fetch.
 """
 
 
 def git_state(folder: Path) -> dict[str, Any]:
-    """Return the state of the code in the working tree that `folder` is in.
+    """Return the state of the code in the working tree that contains `folder`.
 
-    It is empty if the code is not kept in one. The code is what is below `folder` and
-    in `kernels` beside it: `commit`; its `diff` to it, of which `cut` characters beyond
-    MOST_DIFF are left out; and of the files that are `untracked` the name and the
-    sha256 of each.
+    The code is in `folder` and in the folder `kernels` next to it. The state is empty
+    if git does not track the code. It has the `commit`, the `diff` to the commit, and
+    the sha256 of `untracked` files by name. A diff of more than MOST_DIFF characters is
+    shortened by `cut` characters.
     """
     root = folder.parent
     code = ("--", folder.name, "kernels")
-    commit = _run(root, ["rev-parse", "HEAD"])  # filters no file
+    commit = _run(root, ["rev-parse", "HEAD"])  # runs no filter
     if not commit or not _git(root, ["ls-files", "--", folder.name]):
         return {}
     diff = os.fsencode(_git(root, ["diff", *OURSELVES, "HEAD", *code])).decode(
@@ -49,9 +49,9 @@ def git_state(folder: Path) -> dict[str, Any]:
 
 
 def built_from(folder: Path) -> dict[str, Any]:
-    """Return the state of the code below `folder` where the wheel was built.
+    """Return the state of the code below `folder` at the build of the wheel.
 
-    It is empty if it is not known.
+    The state is empty if it is unknown.
     """
     with suppress(OSError, ValueError):
         state = json.loads((folder / BUILT_FROM).read_text(encoding="utf-8"))
@@ -61,12 +61,13 @@ def built_from(folder: Path) -> dict[str, Any]:
 
 
 def study_state(spec: Path, text: str) -> dict[str, Any]:
-    """Return the state of a spec in the working tree that it is in.
+    """Return the state of a spec in the working tree that contains the spec.
 
-    It has the `commit`, the `path` of the spec, and whether files in its folder and
-    below are `modified`; a spec that is not committed counts as one. It is empty if the
-    spec is not in a working tree, or its `text` is not from this file. Nothing else of
-    the user's repository is recorded.
+    The state has the `commit`, the `path` of the spec, and `modified`: whether files in
+    the folder of the spec or below differ from the commit. A spec that is not committed
+    counts as modified. The state is empty if the spec is not in a working tree, or if
+    `text` is not the content of the file. No further data of the user's repository are
+    recorded.
     """
     try:
         if spec.read_bytes() != text.encode():
@@ -74,7 +75,7 @@ def study_state(spec: Path, text: str) -> dict[str, Any]:
     except OSError:
         return {}
     folder = spec.resolve().parent
-    # Filters no file.
+    # Runs no filter.
     answer = _run(folder, ["rev-parse", "--show-toplevel", "HEAD"])
     root, _, commit = answer.removesuffix("\n").rpartition("\n")
     if not root:
@@ -100,10 +101,10 @@ def _untracked(root: Path, code: tuple[str, ...]) -> dict[str, str]:
 
 
 def _git(root: Path, arguments: list[str]) -> str:
-    """Return the output of git, which runs no command that a repository may name.
+    """Return the output of git, which runs no command that a repository configures.
 
-    The code may be installed within somebody else's repository. Filters of files have
-    names of their own, and are switched off by them.
+    The code may be installed inside an untrusted repository. File filters have custom
+    names, and each filter is switched off by its name.
     """
     names = _run(
         root, ["config", "--name-only", "-z", "--get-regexp", r"^filter\."]

@@ -1,6 +1,6 @@
 """Tables of a part from results.
 
-Units are in the metadata of the columns, and provenance in that of the file.
+The metadata of columns have units, and the metadata of the file have the provenance.
 """
 
 import json
@@ -37,14 +37,14 @@ Numbers = NDArray[Any]
 EXPRESSION = b"expression"
 """Key of the expression of a derived metric, in the metadata of its column."""
 DISTRIBUTION = b"distribution"
-"""Key of the distribution of its values, in the same metadata."""
+"""Key of the distribution of a derived metric, in the metadata of its column."""
 NOT_DERIVED: Mapping[bytes, str] = MappingProxyType({})
 BODIES = pa.list_(pa.float64())
 KINDS = pa.list_(pa.int64())
 FLIGHT = ("x", "y", "vx", "vy")
 """Columns of trajectories that every model has."""
 HEADINGS = ("heading_x", "heading_y")
-"""Further columns of last flocks."""
+"""Columns of last flocks in addition to `FLIGHT`."""
 ARROW = {
     "float": pa.float64(),
     "int": pa.int64(),
@@ -58,25 +58,25 @@ ABOUT_TRIAL = (
         "trial_id",
         pa.string(),
         "",
-        "hash of all that determines the trial and of what it records",
+        "hash of all inputs of the trial and of the recorded data",
     ),
     (
         "point",
         pa.string(),
         "",
-        "hash of the model, the preset and the settings that differ from it",
+        "hash of the model, the preset and the parameters that differ from the preset",
     ),
-    ("replicate", pa.int64(), "", "number of the trial among those of its point"),
+    ("replicate", pa.int64(), "", "number of the trial at its point"),
     ("seed", pa.int64(), "", "seed of the study, or the listed seed"),
     (
         "seed_listed",
         pa.bool_(),
         "",
-        "whether the seed is a listed one, which stands for the replicate too",
+        "whether the spec lists the seed, which then also replaces the replicate",
     ),
-    ("streams", pa.string(), "", "which random streams are common to all points"),
+    ("streams", pa.string(), "", "random streams: common to all points, or not"),
     ("model", pa.string(), "", "model"),
-    ("preset", pa.string(), "", "preset that gives the settings not named in the spec"),
+    ("preset", pa.string(), "", "preset of the parameters that the spec does not give"),
     (
         "every",
         pa.int64(),
@@ -84,23 +84,23 @@ ABOUT_TRIAL = (
         "steps between recorded frames, over which means are taken",
     ),
     ("status", pa.string(), "", "done, failed, diverged or timeout"),
-    ("error", pa.string(), "", "what went wrong"),
+    ("error", pa.string(), "", "error message"),
     ("replay", pa.string(), "", "command that runs the trial again"),
     ("last_step", pa.int64(), "step", "last step taken"),
     ("seconds", pa.float64(), "s", "wall time in the worker"),
 )
 ABOUT_LINK = (
-    (DIRECTION, pa.string(), "", "direction of the chain of which the trial is a link"),
-    (PARENT, pa.string(), "", "trial that has ended where this one begins"),
+    (DIRECTION, pa.string(), "", "direction of the chain of the trial"),
+    (PARENT, pa.string(), "", "trial whose last flock begins this trial"),
 )
-"""Columns of studies whose trials begin where others have ended."""
+"""Columns of studies with chains of trials."""
 
 
 def trials_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
     """Return the schema of `trials`, which has one row per trial.
 
-    Columns are its identity, every parameter by name, and every metric at the last
-    frame and as `<metric>_mean`.
+    Columns are the identity of the trial, every parameter by name, and every metric at
+    the last frame and as `<metric>_mean`.
     """
     columns = [_column(*fields) for fields in ABOUT_TRIAL]
     columns += [_column(*fields) for fields in ABOUT_LINK if study.continued]
@@ -115,7 +115,7 @@ def trials_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
                 derived=derived,
             )
         )
-        mean = f"{text}, mean over the frames of the last half"
+        mean = f"{text}, mean over the frames of the second half"
         columns.append(_column(str(Column(name, half=True)), pa.float64(), unit, mean))
     return pa.schema(columns, _metadata(provenance))
 
@@ -138,8 +138,8 @@ def series_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
 def heatmaps_schema(provenance: dict[str, Any]) -> pa.Schema:
     """Return the schema of `heatmaps`, which has one row per trial.
 
-    It has visit counts row after row, -1 in obstacles. A pixel is a square of the
-    world; the parameter `pixel` is its side as a length.
+    The column `visits` has visit counts row after row, -1 in obstacles. A pixel is a
+    square of the world, with the parameter `pixel` as the length of a side.
     """
     columns = [
         _column("trial_id", pa.string(), "", "trial"),
@@ -149,7 +149,7 @@ def heatmaps_schema(provenance: dict[str, Any]) -> pa.Schema:
             "visits",
             pa.list_(pa.int32()),
             "",
-            "visits a pixel, row after row, -1 in obstacles",
+            "visits per pixel, row after row, -1 in obstacles",
         ),
     ]
     return pa.schema(columns, _metadata(provenance))
@@ -159,8 +159,8 @@ def trajectories_schema(model: Model, provenance: dict[str, Any]) -> pa.Schema:
     """Return the schema of `trajectories`, which has one row per recorded frame.
 
     Columns are the steps done (`frame`), and x, y, vx and vy of all boids in the order
-    of theirs; then the rows of the model's state, and the kinds of boids if it has
-    some.
+    of the boids. Then come the rows of the model's state, and the kinds of boids if the
+    model has kinds.
     """
     length = spelled("length", model)
     speed = spelled("length/time", model)
@@ -183,7 +183,8 @@ def trajectories_schema(model: Model, provenance: dict[str, Any]) -> pa.Schema:
 def last_states_schema(provenance: dict[str, Any]) -> pa.Schema:
     """Return the schema of `last_states`, which has one row per trial.
 
-    It has all with which the trial ended, see `sweep.workers.last_state`.
+    The column `state` has the complete state at the end of the trial, see
+    `sweep.workers.last_state`.
     """
     columns = [
         _column("trial_id", pa.string(), "", "trial"),
@@ -196,8 +197,8 @@ def last_states_schema(provenance: dict[str, Any]) -> pa.Schema:
 def last_flocks_schema(model: Model, provenance: dict[str, Any]) -> pa.Schema:
     """Return the schema of `last_flocks`, which has one row per trial.
 
-    Columns are x, y, vx and vy of all boids at its end, the last velocity of each that
-    was not zero, and the rows of the model's state.
+    Columns are x, y, vx and vy of all boids at the end of the trial, the last nonzero
+    velocity of each boid, and the rows of the model's state.
     """
     speed = spelled("length/time", model)
     positions = (spelled("length", model), "positions")
@@ -229,9 +230,10 @@ class Tables:
         )
 
     def __call__(self, results: Sequence[Result]) -> dict[str, pa.Table]:
-        """Return `trials`, and the other tables that the study records.
+        """Return `trials`, and the further tables that the study records.
 
-        These are `series`, `heatmaps`, `trajectories`, `last_states` and `last_flocks`.
+        Further tables are `series`, `heatmaps`, `trajectories`, `last_states` and
+        `last_flocks`.
         """
         tables = {"trials": self._trials(results)}
         if self.study.record.series:
@@ -336,7 +338,7 @@ class Tables:
 def boid_columns(job: Job, bodies: Floats, states: Floats) -> dict[str, Numbers]:
     """Return the columns of a table of trajectories that have a value per boid.
 
-    They are those of all frames of a trial, one frame after the other.
+    The columns have all frames of a trial, frame after frame.
 
     Parameters
     ----------
@@ -368,7 +370,7 @@ def flock_columns(job: Job, flock: LastFlock) -> dict[str, Floats]:
 
 
 def trial_row(study: str, result: Result) -> dict[str, Any]:
-    """Return the row of one trial; metrics are null unless it is done."""
+    """Return the row of a trial; metrics are null unless the trial is done."""
     job = result.job
     return {
         "trial_id": job.trial_id,
@@ -395,7 +397,7 @@ def trial_row(study: str, result: Result) -> dict[str, Any]:
 def trial_metrics(result: Result) -> dict[str, float]:
     """Return the metrics of a trial by the names of their columns.
 
-    There are none unless it is done.
+    The result is empty unless the trial is done.
     """
     return result.last | {
         str(Column(name, half=True)): value for name, value in result.mean.items()
@@ -429,7 +431,7 @@ def _joined(arrays: Sequence[Numbers], kind: pa.DataType) -> pa.Array:
 class _Recorded(NamedTuple):
     """Description of the columns of a metric.
 
-    `derived` is the further metadata of a metric that is derived from others.
+    `derived` has the further metadata of a derived metric.
     """
 
     unit: str

@@ -1,6 +1,6 @@
 """Shards of a study, for launches on several machines.
 
-They divide its trials by their ids, and need not know of each other.
+The id of a trial determines the shard, so launches need no communication.
 """
 
 import re
@@ -20,10 +20,10 @@ DIGITS = 8
 
 @dataclass(frozen=True)
 class Share:
-    """Shard `number` of `of`, counted from 1; its trials follow only from their ids.
+    """Shard `number` of `of`, counted from 1; the id of a trial determines its shard.
 
-    So every launch with the same `of` divides the trials in the same way, and a trial
-    that is added to the study changes the shard of no other.
+    So all launches with an equal `of` divide the trials equally. A new trial of the
+    study does not change the shards of existing trials.
     """
 
     number: int
@@ -41,13 +41,13 @@ class Share:
         match = WRITTEN.fullmatch(text.strip())
         if match is None:
             raise ChoiceError(
-                f'share "{shortened(text)}" is not of the form 3/16, with numbers to'
+                f'shard "{shortened(text)}" is not of the form 3/16, with numbers up to'
                 f" {MOST:,}"
             )
         number, of = map(int, match.groups())
         if not 1 <= number <= of:
-            allowed = f"1/{of} to {of}/{of}" if of else "1/1 on"
-            raise ChoiceError(f"there is no share {text}: they count from {allowed}")
+            allowed = f"1/{of} to {of}/{of}" if of else "1/1 and higher"
+            raise ChoiceError(f"there is no shard {text}: shards are {allowed}")
         return cls(number, of)
 
     def has(self, trial_ids: Iterable[str]) -> NDArray[np.bool_]:

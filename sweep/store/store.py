@@ -1,22 +1,25 @@
-"""Parquet store of one study.
+"""Parquet store of a study.
 
-Results appear whole or not at all, and the stored trials say what has been run.
+Results appear as a whole or not at all. The stored trials are the record of finished
+work.
 
-    parts/<part id>/   trials.parquet, series.parquet, ...: tables of the same trials
-    plan.parquet       the trials of the spec as last launched; of a search, also which
-                       candidate had which of them
-    asked.parquet      the latter, up to version 0.18
-    code-<sha>.json    custom code that computed some of them
-    lock/              who is launching it
+    parts/<part id>/   trials.parquet, series.parquet, ...: tables of some trials
+    plan.parquet       the trials of the last launched spec, and requests of a search
+
+    asked.parquet      the requests of a search, up to version 0.18
+    code-<sha>.json    custom code that computed trials
+    lock/              claims of launches
     damaged/           parts that cannot be read
 
-A study is in a folder or below a prefix of an object store: `places.py` tells how a
-part comes to be there at once. Part ids sort by age, and a trial stored in several
-parts counts from the latest one only, in every table. A merged part has a file that
-names the parts it replaces. As soon as the merged part exists they are ignored, so a
-process that is killed before it deletes them loses and doubles nothing. Schemas, with
-their metadata, come from the caller and are kept as given. Launches of different shards
-may append to one study at the same time: their trials are different ones.
+A study is in a folder or below a prefix of an object store: see `places.py`. Part ids
+sort by age. If several parts have a trial, only the latest part counts, in every table.
+
+A merged part has a file with the names of the parts that it replaces. As soon as the
+merged part exists, replaced parts are ignored. So a process that is killed before the
+deletion of replaced parts loses no trial and doubles no trial.
+
+Schemas, with metadata, come from the caller and do not change. Launches of different
+shards may append to a study at the same time, because their trials differ.
 """
 
 import json
@@ -68,25 +71,24 @@ from sweep.store.uniting import united
 T = TypeVar("T")
 
 SEARCH_AGAIN = "delete it and search again"
-"""Remedy if it is not known what a search has asked for."""
+"""Remedy if the requests of a search cannot be read."""
 LAST_ID = 10**19
 """Limit of the numbers of parts, whose names sort by age up to 19 digits."""
 
 
 class Store:
-    """Parts of one study, in `folder`, which need not exist before the first write.
+    """Parts of a study in `folder`, which need not exist before the first write.
 
-    While `shared`, others append parts of their own: then only what this one has
-    appended is merged.
+    While `shared`, further processes append parts. Then this store merges only parts
+    that it has appended.
 
     Parameters
     ----------
     folder : Location
-        Place of the study.
+        Location of the study.
     results : Location, optional
-        Folder that the user has named, by default that above `folder`. Nothing is
-        written
-        through links below it.
+        Folder that the user has named, by default the parent of `folder`. The store
+        does not write through links below this folder.
     """
 
     def __init__(self, folder: Location, results: Location | None = None) -> None:
@@ -100,11 +102,12 @@ class Store:
         self._replaced = dict[str, list[str]]()
 
     def append(self, tables: Mapping[str, pa.Table]) -> Location:
-        """Store one part and return its place.
+        """Store a part and return its location.
 
-        After a StoreError nothing of it is visible. `trials` has at least one row, each
-        with its own `trial_id` and a `status` (both strings); the other tables have a
-        `trial_id` of those. Raises ValueError if that does not hold.
+        After a StoreError no file of the part is visible. `trials` has at least one
+        row; each row has a distinct `trial_id` and a `status`, two strings. Further
+        tables have only a `trial_id` that is in `trials`. Raises ValueError for tables
+        that violate a requirement.
         """
         check_part(tables)
         name = self._next_id()
@@ -118,7 +121,7 @@ class Store:
         return part
 
     def gather(self) -> None:
-        """Merge what this store has appended, once there are many small parts."""
+        """Merge the parts that this store has appended, if many are small."""
         while due := self._gathering.due():
             generation, held = due
             parts = [gathered.part for gathered in held]
@@ -154,13 +157,13 @@ class Store:
     ) -> pa.Table:
         """Return all current rows of a table, oldest part first.
 
-        Columns are united by name and filled with nulls, types widened. Metadata is
-        that of the newest part that has such rows.
+        Columns are united by name and filled with nulls, with widened types. The
+        metadata come from the newest part with rows in the result.
 
         Parameters
         ----------
         table : str
-            Name of the table. A table that no part has comes back with no rows.
+            Name of the table. A table that no part has is returned without rows.
         trial_ids : array of str, optional
             Trials whose rows are read; by default all.
         columns : sequence of str, optional
@@ -191,43 +194,42 @@ class Store:
         return union.select([*columns, *present])
 
     def placed(self, trial_ids: pa.Array) -> PlacedTrials:
-        """Return the numbers of the rows of these trials, for `columns`.
+        """Return the row numbers of some trials, as an argument of `columns`.
 
         Raises StoreError for a damaged part.
         """
         return self.steadily(lambda parts: placed_trials(parts, trial_ids))
 
     def columns(self, placed: PlacedTrials, names: Sequence[str]) -> pa.Table:
-        """Return ids and columns of trials that were placed, in the order asked for.
+        """Return ids and columns of placed trials, in the order of the request.
 
         Parameters
         ----------
         placed : PlacedTrials
         names : sequence of str
-            Columns. Those that no part of these trials has are left out.
+            Columns. A column that no part of the trials has is left out.
 
         Raises
         ------
         StoreError
-            If a part is damaged, or parts were merged or deleted since: then place the
-            trials
-            again.
+            If a part is damaged, or if parts were merged or deleted since `placed` was
+            computed: then compute `placed` again.
         """
         return patiently(lambda: in_order(placed, names))
 
     def schema(self, table: str) -> pa.Schema:
-        """Return the columns of a table that any part has, with metadata of the newest.
+        """Return the united schema of a table in all parts, with the newest metadata.
 
-        No row is read. Raises StoreError for a damaged part.
+        The call reads no rows. Raises StoreError for a damaged part.
         """
         return self.steadily(lambda parts: united(_empty(parts, table)).schema)
 
     def compact(self, rows: int = MERGED_ROWS) -> None:
-        """Merge parts of fewer than `rows` trials with the same tables and schemas.
+        """Merge parts of fewer than `rows` trials with equal tables and schemas.
 
         Merged parts have about `rows` trials, or MAX_MERGED_BYTES. Superseded rows are
-        dropped. Provenance is schema metadata, so rows of different provenance stay
-        apart. While the store is shared, only parts that it has appended itself are
+        dropped. Provenance is schema metadata, so rows of different provenance are not
+        merged. While the store is shared, only parts that this store has appended are
         merged.
         """
         self.tidy()
@@ -240,8 +242,8 @@ class Store:
     def tidy(self) -> None:
         """Delete replaced parts, and the unfinished files of dead processes.
 
-        Only a part that a merged part names is deleted: a part that a listing lacks may
-        have been stored since.
+        A part is deleted only if a merged part names the part. A part that a listing
+        lacks may be new.
         """
         parts = self.all_parts()
         replaced = self._replaced_in(parts)
@@ -253,23 +255,23 @@ class Store:
     def write_plan(
         self, plan: pa.RecordBatchReader, requests: pa.Table | None = None
     ) -> None:
-        """Replace the plan, with what a search has asked for, in one step.
+        """Replace the plan and the requests of a search in one step.
 
         Parameters
         ----------
         plan : RecordBatchReader
-            Some rows at a time, with its schema metadata.
+            Batches of rows, with schema metadata.
         requests : Table, optional
-            Trials that a search has asked for, with its schema metadata, see
-            `with_asked`.
+            Trials that a search has requested, with schema metadata, see `with_asked`.
         """
         if requests is not None:
             plan = with_asked(plan.read_all(), requests).to_reader()
         with self.staging(f"plan-{secrets.token_hex(6)}") as staging:
             _write_rows(staging / PLAN, plan)
-            # Up to version 0.18 requests were a file, which counts for a plan without a
-            # column of them. It goes before such a plan is there. Before a plan with
-            # the column it stays, since the earlier plan may still need it.
+            # Up to version 0.18 requests had a separate file, which a reader uses if
+            # the plan has no column of requests. Before a plan without the column is
+            # written, the file is deleted. Before a plan with the column the file
+            # stays, because the earlier plan may still need the file.
             if requests is None:
                 self.place.remove(ASKED)
             self.place.put(staging / PLAN)
@@ -277,14 +279,14 @@ class Store:
             self.place.remove(ASKED)
 
     def write_spec(self, text: str) -> None:
-        """Replace the spec as last launched, in one step."""
+        """Replace the last launched spec in one step."""
         with self.staging(f"spec-{secrets.token_hex(6)}") as staging:
             with create(staging / SPEC) as file:
                 file.write(text.encode())
             self.place.put(staging / SPEC)
 
     def write_code(self, sha: str, content: bytes) -> None:
-        """Keep custom code in a file, unless it is there with the same content.
+        """Store custom code in a file, unless a file has this content already.
 
         Parameters
         ----------
@@ -302,9 +304,9 @@ class Store:
             self.place.put(staging / name)
 
     def read_plan(self) -> pa.Table:
-        """Return the plan as last written.
+        """Return the last written plan.
 
-        Raises StoreError if there is none.
+        Raises StoreError if there is no plan.
         """
 
         def trials(file: Any) -> pa.Table:
@@ -316,14 +318,14 @@ class Store:
         if plan is None and self.all_parts():
             lost = "trials are stored here, but there is no plan.parquet"
             raise StoreError(
-                f"{self.folder}: {lost}; run the study again, which writes it anew"
+                f"{self.folder}: {lost}; run the study again to write the plan"
             )
         if plan is None:
             raise no_study(self.folder, self.results)
         return plan
 
     def read_asked(self) -> pa.Table | None:
-        """Return what a search has asked for; None if the study is no search."""
+        """Return the requests of a search; None if the study is not a search."""
 
         def from_plan(file: Any) -> pa.Table | None:
             if ASKED_FOR not in file.schema_arrow.names:
@@ -350,13 +352,13 @@ class Store:
         return [part for part in parts if part.name not in replaced]
 
     def all_parts(self) -> list[Location]:
-        """Return all parts, oldest first, whether or not another one replaces them."""
+        """Return all parts, oldest first, including replaced parts."""
         return self.place.parts()
 
     def steadily(self, read: Callable[[list[Location]], T]) -> T:
         """Return the result of `read` on the current parts.
 
-        It reads again if parts were merged, or deleted, elsewhere meanwhile.
+        The call repeats `read` if another process merged or deleted parts meanwhile.
         """
         while True:
             parts = self.current_parts()
@@ -370,9 +372,9 @@ class Store:
                 return result
 
     def _next_id(self) -> str:
-        """Return an id that sorts after all present ones.
+        """Return an id that sorts after the ids of all present parts.
 
-        That holds even if the clock was set back.
+        The order is correct even if the clock was set back.
         """
         if self._newest < 0:
             self._newest = max(
@@ -381,7 +383,7 @@ class Store:
         self._newest = max(time.time_ns(), self._newest + 1)
         if self._newest >= LAST_ID:
             why = (
-                "has a part of the year 2286; nothing can be stored after it: delete it"
+                "has a part of the year 2286, which blocks later parts; delete the part"
             )
             raise StoreError(f"{self.folder}: {why}")
         return f"{self._newest:020d}-{secrets.token_hex(6)}"
@@ -396,17 +398,17 @@ class Store:
     def merge(
         self, group: Sequence[Location], superseded: Mapping[Location, pa.Array]
     ) -> Location:
-        """Replace parts by one, less some trials of each, and return the merged part.
+        """Merge parts into a new part, without some trials, and return the new part.
 
         Parameters
         ----------
         group : sequence of Location
-            Parts with the same tables and schemas, oldest first.
+            Parts with equal tables and schemas, oldest first.
         superseded : mapping of Location to array
             Ids of the trials of a part that are left out.
         """
-        # Named after its newest source, so that a part stored elsewhere meanwhile is
-        # still the later one.
+        # The name follows the newest source, so that a part that another process has
+        # stored meanwhile still counts as later.
         newest = group[-1].name.partition(MERGED_MARK)[0]
         name = f"{newest}{MERGED_MARK}{secrets.token_hex(6)}"
         with self.place.fetched([*group]) as sources, self.staging(name) as staging:
@@ -429,11 +431,11 @@ class Store:
         return merged
 
     def discard(self, part: Location) -> None:
-        """Delete a part; it is gone at once and whole."""
+        """Delete a part in one step."""
         self.place.discard(part)
 
     def _replaced_in(self, parts: list[Location]) -> set[str]:
-        """Return the names of the parts that merged ones of `parts` replace."""
+        """Return the names of the parts that merged parts in `parts` replace."""
         merged = [part for part in parts if MERGED_MARK in part.name]
         return {
             name
@@ -446,7 +448,7 @@ class Store:
             try:
                 self._replaced[part.name] = replaced_by(part)
             except FileNotFoundError:
-                # The part is being deleted elsewhere: what it replaced is gone already.
+                # Another process deletes the part: the replaced parts are gone already.
                 return []
         return self._replaced[part.name]
 
@@ -463,17 +465,17 @@ def _write_rows(path: Path, rows: pa.RecordBatchReader) -> None:
 
 
 def _holds(path: Location, content: bytes) -> bool:
-    """Return whether a file exists, and has this content."""
+    """Return whether a file exists and has this content."""
     try:
         return read_whole(path, len(content)) == content
-    except OSError:  # it is none of ours, or larger
+    except OSError:  # the file is missing, not regular, or larger
         return False
 
 
 def _read_if_there(
     path: Location, remedy: str, read: Callable[[Any], pa.Table | None]
 ) -> pa.Table | None:
-    """Return what `read` takes of a parquet file; None if there is no such file."""
+    """Return the result of `read` on a parquet file; None if there is no such file."""
     if not path.exists():
         return None
     with opened(path, remedy) as file:
@@ -481,9 +483,9 @@ def _read_if_there(
 
 
 def _steady(parts: list[Location], now: list[Location]) -> bool:
-    """Return whether parts that were listed still exist, and no merged part is new.
+    """Return whether all listed parts still exist, and no merged part is new.
 
-    The trials of a new merged part may be in none of the parts that were listed before.
+    A new merged part may contain trials of parts that the listing lacks.
     """
     before = {part.name for part in parts}
     names = {part.name for part in now}
@@ -493,9 +495,9 @@ def _steady(parts: list[Location], now: list[Location]) -> bool:
 def _current(
     parts: list[Location], name: str, columns: list[str] | None, only: pa.Array | None
 ) -> list[pa.Table]:
-    """Return the current rows of one table for each of the parts that have it.
+    """Return the current rows of a table for each part that has the table.
 
-    `only` are the ids of the trials whose rows are read; None for all.
+    `only` has the ids of the trials to read; None for all trials.
     """
     holders = [part for part in parts if (part / f"{name}.parquet").exists()]
     if not holders:
@@ -516,7 +518,7 @@ def _current(
 
 
 def _empty(parts: list[Location], name: str) -> list[pa.Table]:
-    """Return a table of each of the parts that have it, without rows."""
+    """Return an empty table for each part that has the table `name`."""
     files = [part / f"{name}.parquet" for part in parts]
     schemas = each([file for file in files if file.exists()], stored_schema)
     return [schema.empty_table() for schema in schemas]

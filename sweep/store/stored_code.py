@@ -1,9 +1,9 @@
 """Custom code that computed stored trials.
 
-Its text is kept with the study, so that a trial is run again by the same lines,
-whatever has become of the files. Whoever has launched it has sealed it with a key. So
-it runs again for the same user; a study of somebody else runs none of its code before
-the user says that it may.
+The text of the code is stored with the study. So a trial runs again with unchanged
+code, even if the files have changed. The user who launches a study seals the code with
+a key. The code runs again for this user. The code of a study of another user runs only
+with `--trust`.
 """
 
 import hmac
@@ -37,37 +37,37 @@ from sweep.store.user_key import own_key
 
 SHAPE = {"files": {str: str}, "named": {str: str | None}, "about": {}}
 PACKAGES = [[str]]
-"""Shape of `packages`; files of earlier versions have none, nor a `folder`."""
+"""Shape of `packages`; files of earlier versions lack `packages` and `folder`."""
 MOST = 16_000_000
-"""Most bytes of the file; JSON unpacks to many times as much memory."""
+"""Most bytes of the file; parsed JSON takes many times as much memory."""
 PURPOSE = b"boidsweep code "
 ENDINGS = (SUFFIX, PLACES)
-"""Endings of the files: code, and tables of places.
+"""Endings of the files: code, and tables of initial positions.
 
-Others may be settings of a program.
+A file with another ending may be a configuration file of a program.
 """
 
 
 def _is_inside(name: str) -> bool:
-    """Return whether a path is plain, and stays in the folder that it starts from."""
+    """Return whether a relative path is plain, and stays inside its folder."""
     path = PurePosixPath(name)
     plain = name.isprintable() and path.as_posix() == name and not path.is_absolute()
     return plain and bool(path.parts) and ".." not in path.parts
 
 
 def seal(sha: str) -> str:
-    """Return the seal of this user below code."""
+    """Return the seal of this user for code."""
     return hmac.new(own_key(), PURPOSE + sha.encode(), "sha256").hexdigest()
 
 
 def is_ours(origin: Mapping[str, Any]) -> bool:
-    """Return whether this user has launched the code of an origin, which has some."""
+    """Return whether this user has launched the custom code of an origin."""
     stored = str(origin["own"]["seal"]).encode(errors="replace")
     return hmac.compare_digest(seal(str(origin["own"]["sha"])).encode(), stored)
 
 
 def keep_code(store: Store, known: Catalogue) -> None:
-    """Store the code of a catalogue that has some.
+    """Store the custom code of a catalogue, if the catalogue has custom code.
 
     Raises StoreError.
     """
@@ -84,7 +84,7 @@ def keep_code(store: Store, known: Catalogue) -> None:
 
 
 def kept_code(store: Store) -> dict[str, int]:
-    """Return the bytes of each file of code that is kept with a study, by sha256."""
+    """Return the bytes of each file of code that is stored with a study, by sha256."""
     return patiently(lambda: dict(_kept(store)))
 
 
@@ -99,7 +99,7 @@ def forget_code(store: Store, sha: str) -> None:
 def _kept(store: Store) -> Iterator[tuple[str, int]]:
     for file in store.folder.iterdir():
         if match := CODE.fullmatch(file.name):
-            with suppress(OSError):  # it is none of ours, or has just gone
+            with suppress(OSError):  # the file is not regular, or has just gone
                 yield match[1], _size(file)
 
 
@@ -108,15 +108,15 @@ def _size(file: Location) -> int:
 
 
 def codes_of(origins: Iterable[Mapping[str, Any]]) -> set[str]:
-    """Return the sha256 of all custom code that computed trials of these origins."""
+    """Return the sha256 of all custom code that computed trials of some origins."""
     return {str(origin["own"]["sha"]) for origin in origins if "own" in origin}
 
 
 def known_without_code(store: Store, origin: Mapping[str, Any]) -> Catalogue:
-    """Return the catalogue of names in trials of an origin, without running its code.
+    """Return the catalogue of names in trials of an origin, without running code.
 
-    Packages that brought entries need not be installed. Raises StoreError if the origin
-    is not what a launch stores.
+    Packages with entries need not be installed. Raises StoreError if the origin is not
+    a valid record of a launch.
     """
     known = _stored(store, origin)[0] if "own" in origin else BUILT_IN
     try:
@@ -124,12 +124,12 @@ def known_without_code(store: Store, origin: Mapping[str, Any]) -> Catalogue:
     except ValueError as error:
         remedy = "launch the study again"
         raise UnreadableError(
-            store.folder, f"its plan is damaged: {error}", remedy
+            store.folder, f"the plan is damaged: {error}", remedy
         ) from None
 
 
 def known_with_code(store: Store, origin: Mapping[str, Any], trust: bool) -> Catalogue:
-    """Return the catalogue to run trials with, by the code that computed them.
+    """Return the catalogue for running trials with the code that computed them.
 
     Parameters
     ----------
@@ -142,32 +142,31 @@ def known_with_code(store: Store, origin: Mapping[str, Any], trust: bool) -> Cat
     Raises
     ------
     CodeError
-        If the code is not sealed by this user and `trust` is not given, and if it
-        cannot
+        If the code has no seal of this user and `trust` is false, or if the code cannot
         run.
     StoreError
-        If it is not what a launch stores.
+        If the stored code is not a valid record of a launch.
     """
     if "own" not in origin:
         return BUILT_IN
     _, code = _stored(store, origin)
     if code.runs and not (trust or is_ours(origin)):
         raise CodeError(
-            f"{store.folder}: trials are computed by code of their own, version"
+            f"{store.folder}: custom code computed the trials, version"
             f" {code.sha[:12]} ({', '.join(code.runs)}), which you have not"
-            " launched here. It can do whatever you can: read it (`sweep code`), then"
+            " launched here. The code has all your rights: read it (`sweep code`), then"
             " allow it with --trust"
         )
     return loaded(code)
 
 
 def stored_sources(store: Store, origin: Mapping[str, Any]) -> Mapping[str, str]:
-    """Return the text of each file of the custom code of an origin; none without it."""
+    """Return the text of each file of the custom code of an origin, if any."""
     return _stored(store, origin)[1].sources.texts if "own" in origin else {}
 
 
 def stored_folder(store: Store, sha: str) -> str:
-    """Return the path from the folder of a spec to that of its code."""
+    """Return the path from the folder of a spec to the folder of its code."""
     return _read(store, sha)[1].folder
 
 
@@ -184,28 +183,28 @@ def other_now(store: Store, origin: Mapping[str, Any]) -> list[Path]:
 def _packages(stored: Mapping[str, Any]) -> tuple[Installed, ...]:
     """Return the packages of stored code.
 
-    Raises ValueError if they describe none.
+    Raises ValueError if the record does not describe packages.
     """
     packages = stored.get("packages", [])
     size = len(Installed._fields)
     if not fits(packages, PACKAGES) or any(len(fields) != size for fields in packages):
-        raise ValueError("its packages are not what a launch stores")
+        raise ValueError("the record of packages is not valid")
     return tuple(Installed(*fields) for fields in packages)
 
 
 def _folder(stored: Mapping[str, Any]) -> str:
-    """Return the path from the folder of the spec to that of its code.
+    """Return the path from the folder of the spec to the folder of its code.
 
-    Raises ValueError.
+    Raises ValueError if the record has no valid path.
     """
     folder = stored.get("folder", ".")
     if not isinstance(folder, str) or not folder.isprintable():
-        raise ValueError("its folder is no path")
+        raise ValueError("the folder is not a path")
     return folder
 
 
 def _differs(path: Path, text: str) -> bool:
-    """Return whether there is a file, and it has another text."""
+    """Return whether a file exists and has a different text."""
     try:
         if not path.is_file() or path.is_symlink():
             return False
@@ -224,24 +223,24 @@ def _read(store: Store, sha: str) -> tuple[OwnCatalogue, OwnCode]:
     file = store.folder / code_file(sha)
     remedy = "launch the study again, or copy the file from where it was launched"
     if not CODE.fullmatch(file.name):
-        raise UnreadableError(store.folder, f'no code is called "{sha}"', remedy)
+        raise UnreadableError(store.folder, f'no code has the name "{sha}"', remedy)
     try:
         stored = patiently(lambda: read_json(file, MOST, SHAPE))
         sources = Sources(tuple(sorted(stored["files"].items())))
         named = tuple(stored["named"].items())
         code = OwnCode(sources, named, _packages(stored), _folder(stored))
         if code.sha != sha:
-            raise ValueError("its content is not what its name says")
+            raise ValueError("the sha256 of the content differs from the file name")
         if astray := [name for name in stored["files"] if not _is_inside(name)]:
-            raise ValueError(f"it has files outside its folder: {astray[0]}")
+            raise ValueError(f"a file is outside the folder of the code: {astray[0]}")
         if odd := [name for name in stored["files"] if not name.endswith(ENDINGS)]:
-            raise ValueError(f"it has a file that is no code: {odd[0]}")
+            raise ValueError(f"a file is not code: {odd[0]}")
         if len(stored["files"]) > MOST_FILES or not dict(code.named):
-            raise ValueError("it has too many files, or takes nothing from them")
+            raise ValueError("too many files, or no file with a used name")
         files = {name for name, _ in named if not code.package_of(name)}
         if lost := files - stored["files"].keys():
-            raise ValueError(f"it lacks the file {min(lost)}")
+            raise ValueError(f"the file {min(lost)} is missing")
         return unloaded(code, json.dumps(stored["about"])), code
     except (OSError, ValueError) as error:
-        wrong = f"the code of its trials cannot be read: {error}"
+        wrong = f"the code of the trials cannot be read: {error}"
         raise UnreadableError(file, wrong, remedy) from None

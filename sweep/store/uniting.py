@@ -1,4 +1,4 @@
-"""Tables of several parts as one: columns are united by name, and types widened."""
+"""Union of the tables of several parts: columns by name, with widened types."""
 
 from collections.abc import Sequence
 
@@ -8,9 +8,9 @@ import pyarrow as pa
 def united(
     tables: Sequence[pa.Table], columns: Sequence[str] | None = None
 ) -> pa.Table:
-    """Return the rows of tables in the order given, and metadata of the last with rows.
+    """Return the rows of tables in order, with the metadata of the last nonempty table.
 
-    Without a table there are no rows, and `columns`.
+    Without tables the result has no rows, and has the columns `columns` and `trial_id`.
     """
     if not tables:
         empty = {name: pa.null() for name in columns or []} | {"trial_id": pa.string()}

@@ -1,14 +1,14 @@
-"""Key of a user, which marks stored files as the user's own.
+"""Key of a user, which marks stored files as files of this user.
 
-These are checkpoints, and code that was launched. A checkpoint has the positions of
-boids and how often they have collided. A checksum that anyone can compute finds damage;
-only a key finds a forgery, which would become a result of ours. In the same way code
-runs again without a question only for who has launched it.
+Marked files are checkpoints and custom code. A checkpoint has the positions of boids
+and counts of collisions. A checksum without a key finds damage. Only a key finds a
+forgery, which would enter the results. Custom code runs again without `--trust` only
+for the user who launched the code.
 
-The key is a file that only its user can read: by its mode, or on Windows by the folder
-of its user. The coordinator reads it and hands it to its workers, so that they need no
-home folder. On another machine, with another key, such a trial begins again, and such
-code needs a yes.
+The key is a file that only its user can read: by the file mode, or on Windows by the
+folder of the user. The coordinator reads the key and passes the key to its workers, so
+that workers need no home folder. On a machine with a different key a marked trial
+begins again, and marked code needs `--trust`.
 """
 
 import logging
@@ -30,33 +30,33 @@ NAME = "boidsweep/checkpoint.key"
 
 @cache
 def own_key() -> bytes:
-    """Return the user's key, made by the first launch.
+    """Return the user's key, which the first launch makes.
 
-    Where none can be kept, it is one for this process.
+    If no key can be stored, the key is valid only for this process.
     """
     try:
         path = _state_folder() / NAME
         return _read(path) if path.exists() else _made(path)
     except (OSError, RuntimeError) as error:
         words = (
-            "no later launch goes on from the checkpoints of this one, and code of your"
-            " own runs again only with --trust"
+            "later launches cannot resume from checkpoints of this launch, and custom"
+            " code runs again only with --trust"
         )
-        LOG.warning("%s; %s, unless XDG_STATE_HOME is a folder of yours", error, words)
+        LOG.warning("%s; %s; set XDG_STATE_HOME to a folder of your user", error, words)
         return secrets.token_bytes(BYTES)
 
 
 def _state_folder() -> Path:
-    """Return where programs keep lasting data (XDG).
+    """Return the folder of lasting data of programs (XDG).
 
-    Raises RuntimeError without a home.
+    Raises RuntimeError if the user has no home folder.
     """
     folder = Path(os.environ.get("XDG_STATE_HOME", ""))
     return folder if folder.is_absolute() else Path.home() / ".local" / "state"
 
 
 def _made(path: Path) -> bytes:
-    """Return a new key at `path`, or the one that another launch has put there."""
+    """Return a new key at `path`, or the key that another launch has stored there."""
     path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     new = path.with_name(f"{path.name}-{secrets.token_hex(6)}")
     try:
@@ -76,7 +76,7 @@ def _made(path: Path) -> bytes:
 def _read(path: Path) -> bytes:
     """Return the key in a file.
 
-    Raises OSError if others could have written or read it.
+    Raises OSError if another user can read or write the file.
     """
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0) | quietly())
     try:
@@ -90,7 +90,7 @@ def _read(path: Path) -> bytes:
 
 
 def _is_private(status: os.stat_result) -> bool:
-    """Return whether nobody else can read a file, by its owner and mode."""
+    """Return whether only this user can read a file, by owner and mode."""
     if not hasattr(os, "geteuid"):
         return True
     return status.st_uid == os.geteuid() and not status.st_mode & 0o077

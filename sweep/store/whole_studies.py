@@ -1,8 +1,8 @@
-"""Renaming and removal of a whole study while nobody launches it.
+"""Renaming and removal of a whole study, under a lock that excludes launches.
 
-A study exists as long as its plan does. In a folder it is renamed in one step. In an
-object store it is copied, its plan last, and then deleted, its plan first. Whatever
-crashes, there is a whole study, and the same command resumes with the rest.
+A study exists as long as the plan exists. In a folder, a rename takes one step. In an
+object store, a rename copies the study, the plan last, and then deletes the original,
+the plan first. After any crash a whole study exists, and the repeated command resumes.
 """
 
 from pathlib import Path
@@ -17,10 +17,10 @@ from sweep.store.places import StudyPlace, place_of
 
 
 def place_of_study(study: str, results: Location) -> StudyPlace:
-    """Return the place of what is stored of a study.
+    """Return the place of a stored study.
 
-    Raises ChoiceError for what is no name of one, and StoreError if nothing of it is
-    stored.
+    Raises ChoiceError if `study` is not a name of a study, and StoreError if the study
+    has no stored files.
     """
     if not STUDY_NAME.fullmatch(study):
         raise ChoiceError(why_no_name(study))
@@ -31,33 +31,32 @@ def place_of_study(study: str, results: Location) -> StudyPlace:
 
 
 def trials_in(place: StudyPlace) -> int:
-    """Return how many trials the parts hold, also damaged ones, as far as they say."""
+    """Return the number of trials in all parts, including damaged parts if known."""
     return sum(trials_of(part) or 0 for part in place.parts())
 
 
 def rename_study(study: str, name: str, results: Location) -> Location:
-    """Give a study another name, and return its place.
+    """Rename a study, and return the new location.
 
-    Its tables stay as they are, to the byte: their origin has the name under which the
-    study was launched.
+    The bytes of tables do not change. So the origin in the tables has the name under
+    which the study was launched.
 
     Parameters
     ----------
     study : str
         Name of the study.
     name : str
-        Its new name.
+        New name of the study.
     results : Location
         Folder of stored studies.
 
     Raises
     ------
     ChoiceError
-        If one of them is no name of a study.
+        If `study` or `name` is not a name of a study.
     StoreError
-        If there is no such study, something has the new name already, or somebody
-        launches
-        one of the two.
+        If no study has the old name, a study or folder has the new name, or another
+        process launches either study.
     """
     if why := why_no_name(name):
         raise ChoiceError(why)
@@ -66,7 +65,7 @@ def rename_study(study: str, name: str, results: Location) -> Location:
     with Lock(source) as lock:
         if isinstance(target.root, Path):
             source.rename(target.root)
-            # The claim has moved along with its folder.
+            # The claim has moved with its folder.
             target.lock.withdraw(lock.token)
         else:
             with Lock(target):
@@ -75,11 +74,11 @@ def rename_study(study: str, name: str, results: Location) -> Location:
 
 
 def remove_study(study: str, results: Location) -> list[str]:
-    """Delete all that is stored of a study, and return the names of what remains there.
+    """Delete a stored study, and return the names of files that remain in its folder.
 
-    Everything else in its place stays. Raises ChoiceError for what is no name of a
-    study, and StoreError if there is none, somebody launches it, or something cannot be
-    deleted.
+    Files that are not part of the study stay. Raises ChoiceError if `study` is not a
+    name of a study. Raises StoreError if no such study is stored, another process
+    launches the study, or a file cannot be deleted.
     """
     place = place_of_study(study, results)
     with Lock(place):

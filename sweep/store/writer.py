@@ -1,4 +1,4 @@
-"""Collection of results between the drive loop and the store."""
+"""Collection of results until the store has a part of them."""
 
 import time
 from collections.abc import Callable, Iterable, Mapping
@@ -16,11 +16,11 @@ MOST_BYTES = 256 * 2**20
 
 
 class Writer(Generic[R]):
-    """Context manager that collects results, and stores them from time to time.
+    """Context manager that collects results, and stores a part from time to time.
 
     A part is also stored when results take MOST_BYTES, and at the end of the context,
-    even after an error. Results stay held until their part is stored; an error says how
-    many could not be stored. Small parts are merged once there are many.
+    even after an error. Results are held until the part is stored. An error reports the
+    number of results that could not be stored. Many small parts are merged.
 
     Parameters
     ----------
@@ -31,13 +31,13 @@ class Writer(Generic[R]):
     size : callable, optional
         Returns the bytes that a result takes while it is held; by default 0.
     stored : callable, optional
-        Is told of results as soon as the disk holds their part.
+        Called with results as soon as the part is on the disk.
     rows : int, default 1000
         Number of held results at which a part is stored.
     seconds : float, default 5.0
         Seconds since the last part after which the next one is stored.
     clock : callable, default time.monotonic
-        Returns the seconds since any moment; it never goes back.
+        Returns the seconds since any moment, never decreasing.
     """
 
     def __init__(
@@ -75,7 +75,7 @@ class Writer(Generic[R]):
         self.flush()
 
     def add(self, results: Iterable[R]) -> None:
-        """Hold results, and store a part if it is time."""
+        """Hold results, and store a part if a part is due."""
         for result in results:
             self._held.append(result)
             self._bytes += self._size(result)
@@ -84,7 +84,7 @@ class Writer(Generic[R]):
             self.flush()
 
     def flush(self) -> None:
-        """Store what is held now."""
+        """Store all held results."""
         if self._held:
             try:
                 self._store.append(self._build(self._held))

@@ -56,8 +56,8 @@ class Layout(NamedTuple):
 def to_arrays(study: StoredStudy, table: str = "trials") -> "xr.Dataset":
     """Return a table as arrays with units, see the module.
 
-    Raises ChoiceError for an unknown table, if none of its rows are stored, and if
-    xarray is not installed.
+    Raises ChoiceError if the table is unknown or has no stored row, and if xarray is
+    not installed.
     """
     check_xarray()
     import xarray as xr
@@ -94,10 +94,10 @@ def to_arrays(study: StoredStudy, table: str = "trials") -> "xr.Dataset":
 def _dimensions(
     study: StoredStudy, points: pd.DataFrame, taken: list[str]
 ) -> list[Dimension]:
-    """Return one dimension per axis that varies, or one of all points.
+    """Return one dimension per axis that varies, or one dimension of all points.
 
-    The axes serve if the points are their full product. `taken` are names that an axis
-    of several parameters may not have.
+    The dimensions are axes if the points are the full product of the axes. `taken` are
+    names that an axis of several parameters may not have.
     """
     dimensions: list[Dimension] = []
     for name, axis in (study.about.axes or {}).items():
@@ -149,7 +149,8 @@ def _coordinate(
 ) -> tuple[tuple[str, ...], NDArray[Any]]:
     """Return the dimensions and values of a parameter of all points.
 
-    The values run along the dimension of the parameter if it has one, else along all.
+    The values run along the dimension of the parameter if there is one, else along all
+    dimensions.
     """
     kind = object if pd.api.types.is_string_dtype(column) else None
     values = column.to_numpy(kind)

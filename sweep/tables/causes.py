@@ -1,4 +1,4 @@
-"""Why trials of a study are not done: each cause once."""
+"""The causes of trials that are not done, each cause once."""
 
 from typing import NamedTuple
 
@@ -8,7 +8,7 @@ from sweep.workers import in_a_line
 
 
 class Cause(NamedTuple):
-    """The number of trials with this status and this error, and the id of the first.
+    """A status, the number of trials with an error, and the id of the first trial.
 
     `cause` is the error as one line.
     """

@@ -1,6 +1,6 @@
-"""Chains of stored trials, as the plan of a study has them.
+"""Chains of stored trials in the plan of a study.
 
-Each link begins at the end of the link before it.
+Each link begins at the end of the previous link of the chain.
 """
 
 from collections import Counter
@@ -10,9 +10,9 @@ from sweep.tables.stored_study import StoredStudy
 
 
 def cut_off(study: StoredStudy) -> Counter[str]:
-    """Return how many links cannot run, by the status of the link that blocks them.
+    """Return the number of links that cannot run, by the status of the blocking link.
 
-    A link before them in their chain did not come to its end.
+    The blocking link is an earlier link of the chain that is not done.
     """
     blocked = Counter[str]()
     if PARENT not in study.plan.column_names:

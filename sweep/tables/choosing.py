@@ -1,8 +1,8 @@
 """Choice of points by their parameters or by a condition.
 
 Parameters are written `n=50,map=empty`, a condition `separation_weight >= 1`. Commands,
-figures, claims and `study.where` all choose here, so that all of them read strings,
-compare values and reject mistakes in the same way.
+figures, claims and `study.where` all choose here. So all read strings, compare values
+and reject mistakes in one way.
 """
 
 import re
@@ -24,12 +24,12 @@ FORM = "SETTING=VALUE[,SETTING=VALUE]"
 SETTINGS = re.compile(r"\s*\w*\s*=(?!=)")
 """The beginning of a string of parameters."""
 SIGNS = re.compile(r"[<>]|[=!]=|\b(?:and|or|not)\b")
-"""Operators that a condition has and a string of parameters has not."""
+"""Operators of conditions, which are absent from a string of parameters."""
 CLOSEST = 3
 BOOLEANS = {"true": True, "yes": True, "false": False, "no": False}
 
 Choice = float | bool | str | tuple[float | bool | str, ...]
-"""The required value of a parameter, or several values of which any will do."""
+"""The required value of a parameter, or several values of which any is enough."""
 
 
 class Restriction(NamedTuple):
@@ -40,7 +40,7 @@ class Restriction(NamedTuple):
 
 
 class Refusals:
-    """The ChoiceErrors of one command, collected so that all are reported at once.
+    """The ChoiceErrors of a command, collected so that all are reported at once.
 
     Examples
     --------
@@ -62,7 +62,7 @@ class Refusals:
             self._errors.append(error)
 
     def check(self) -> None:
-        """Raise one ChoiceError with all stored ones, each on its own line."""
+        """Raise a ChoiceError with all stored errors, each on a separate line."""
         if len(self._errors) == 1:
             raise self._errors[0]
         if self._errors:
@@ -75,14 +75,14 @@ class Chooser:
 
     Attributes
     ----------
-    columns
-        The values of each parameter, (points,), or the one value of all points.
-    points
+    columns : mapping of str to array
+        The values of each parameter, (points,), or the value of all points.
+    points : int
         The number of points.
-    study
+    study : str
         The name of the study, for errors.
-    metrics
-        The columns of metrics. No point is chosen by them, and errors report that.
+    metrics : collection of str
+        The columns of metrics. A metric in a condition is an error.
     """
 
     columns: Mapping[str, Any]
@@ -99,7 +99,7 @@ class Chooser:
             no_setting = (
                 _is_metric(name)
                 if name in self.metrics
-                else unknown("setting", name, self.columns)
+                else unknown("parameter", name, self.columns)
             )
             raise self._error(f"{no_setting} ({self._varying})")
         return np.broadcast_to(np.asarray(self.columns[name]), self.points)
@@ -131,7 +131,7 @@ class Chooser:
         Raises
         ------
         ChoiceError
-            As `read`, and for a parameter that `before` has.
+            As `read`, and for a parameter that `before` contains.
         """
         if SIGNS.search(text) and not SETTINGS.match(text):
             return before._replace(conditions=(*before.conditions, text))
@@ -163,10 +163,9 @@ class Chooser:
     def having(self, settings: Mapping[str, object]) -> NDArray[np.bool_]:
         """Return whether each point has all given parameter values, (points,).
 
-        A list of values means any of them. Numbers are equal if they agree in nine
-        digits, so that 0.3 finds 3 * 0.1. Raises ChoiceError for an unknown parameter,
-        and for a value that no point has, or none of the points that have the
-        parameters before it.
+        A list of values means any value of the list. Numbers are equal if nine digits
+        agree, so that 0.3 finds 3 * 0.1. Raises ChoiceError for an unknown parameter,
+        and for a value that no point has together with the parameters before it.
         """
         selected = np.ones(self.points, np.bool_)
         before: list[str] = []
@@ -174,7 +173,7 @@ class Chooser:
             column = self.values(name)
             allowed = choice if isinstance(choice, tuple) else (choice,)
             if not allowed:
-                raise self._error(f"{name} is to have one of no values; name one")
+                raise self._error(f"{name} has an empty list of values; give a value")
             matching = [selected & agrees(column, value) for value in allowed]
             for value, each in zip(allowed, matching, strict=True):
                 if not each.any():
@@ -184,16 +183,18 @@ class Chooser:
         return selected
 
     def holding(self, condition: str) -> NDArray[np.bool_]:
-        """Return whether a condition holds at each point, (points,).
+        """Return whether a condition is true at each point, (points,).
 
         The condition is an expression over parameters, as in a spec, for example
         `n >= 50 and map != "empty"`. Raises ChoiceError for an expression that is no
-        condition, for an unknown parameter, and if it holds at no point.
+        condition, for an unknown parameter, and if the condition is true at no point.
         """
         try:
             expression = parse(condition, self._settings)
             if expression.kind != CONDITION:
-                raise ExpressionError(f"it is {expression.kind}, and no condition")
+                raise ExpressionError(
+                    f"the expression is {expression.kind}, not a condition"
+                )
             holds = expression.evaluate(self.columns, self.points)
         except ExpressionError as error:
             metrics = self._metrics_in(condition)
@@ -202,17 +203,17 @@ class Chooser:
         if not holds.any():
             names = sorted(expression.names)
             available = [listed(name, self.values(name)) for name in names]
-            nowhere = f'"{condition}" holds at no point'
+            nowhere = f'"{condition}" is true at no point'
             raise self._error("; ".join([nowhere, *available]))
         return np.asarray(holds, np.bool_)
 
     @cached_property
     def _settings(self) -> dict[str, Setting]:
-        """The parameters for expressions; strings may have the values of the points."""
+        """The parameters for expressions; the points define the allowed strings."""
         return {name: _as_setting(name, self.values(name)) for name in self.columns}
 
     def _metrics_in(self, condition: str) -> list[str]:
-        """Return the metrics in a string that would be a condition over parameters."""
+        """Return the metrics in a string that is no condition over parameters."""
         measured = {name: Setting(name, "float", "", "") for name in self.metrics}
         with suppress(ExpressionError):
             names = parse(condition, measured | self._settings).names
@@ -226,7 +227,7 @@ class Chooser:
 
     @property
     def example(self) -> str:
-        """A choice that some point has, of a parameter that varies if any does."""
+        """A choice that some point has, of a varied parameter if there is one."""
         name = max(self.columns, key=self._varies, default="")
         return f"{name}={spelled(self.values(name)[0])}" if name else "n=50"
 
@@ -234,14 +235,15 @@ class Chooser:
         return np.ndim(self.columns[name]) > 0
 
     def value(self, name: str, text: str) -> Choice:
-        """Return the value that a string stands for.
+        """Return the value that a string represents.
 
         Parameters
         ----------
         name : str
-            The parameter, whose type the value has.
+            The parameter, which has the type of the value.
         text : str
-            The string. It is the value if it is no number or boolean of that type.
+            The string. A string that is no number or boolean of that type is itself the
+            value.
 
         Raises
         ------
@@ -257,7 +259,7 @@ class Chooser:
         return text
 
     def _twice(self, name: str) -> ChoiceError:
-        return self._error(f"{name} stands twice; allowed: one value of it")
+        return self._error(f"{name} is given twice; allowed: one value")
 
     def _malformed(self, item: str) -> ChoiceError:
         return self._error(
@@ -279,7 +281,7 @@ def as_choices(settings: Mapping[str, object]) -> dict[str, Choice]:
 
 
 def spelled(value: object) -> str:
-    """Return the value of a parameter as a string that `Chooser.read` finds again.
+    """Return the value of a parameter as a string that `Chooser.read` can read.
 
     Several values have "or" between them.
     """
@@ -301,14 +303,14 @@ def listed(name: str, column: NDArray[Any], near: object = None) -> str:
     name : str
         The parameter.
     column : array
-        Its values, (points,).
+        The values of the parameter, (points,).
     near : object, optional
-        If it is a number, and the many values too, only the closest ones are listed.
+        If `near` and the many values are numbers, only the closest values are listed.
 
     Returns
     -------
     str
-        All different values if they are few, else some of them.
+        All different values if they are few, else some values.
     """
     values = list(dict.fromkeys(column.tolist()))
     if len(values) <= SHORT_LIST:
@@ -323,7 +325,7 @@ def listed(name: str, column: NDArray[Any], near: object = None) -> str:
 
 
 def _is_metric(name: str) -> str:
-    return f"{name} is a metric, and points are chosen by settings"
+    return f"{name} is a metric, but points are chosen by parameters"
 
 
 def _as_setting(name: str, column: NDArray[Any]) -> Setting:
@@ -339,7 +341,7 @@ def _as_choice(value: Any) -> Any:
 
 
 def _lacking(name: str, value: object, column: NDArray[Any], before: list[str]) -> str:
-    """Return the error that no point has a value, with the values that points have."""
+    """Return the error for a value that no point has, with the values of points."""
     of = f" with {', '.join(before)}" if before else ""
     texts = [text for text in dict.fromkeys(column.tolist()) if isinstance(text, str)]
     close = similar(str(value), texts)

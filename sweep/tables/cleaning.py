@@ -1,9 +1,9 @@
 """Removal of unused trials, checkpoints and custom code, and merging of small parts.
 
-A part that loses some of its trials is replaced by a merged part, which names it. A
-part that loses all of its trials is deleted. So a process that is killed at any moment
-loses no trial that stays. Code is removed after the trials that it computed, so no
-stored trial is ever without its code.
+If some trials of a part are removed, a merged part replaces the part and contains its
+name. If all trials are removed, the part is deleted. So a process that is killed at any
+moment loses no other trial. Custom code is removed after the trials that it computed,
+so every stored trial has its code.
 """
 
 from collections import Counter
@@ -41,27 +41,27 @@ class Waste:
 
     Attributes
     ----------
-    rows
-        Ids of the trials whose rows could go, by part of the store.
-    remaining
-        Number of trials that stay in each of these parts.
-    trials
-        Number of trials by the other code that computed them, in words; "" for the code
-        of the plan.
-    size_bytes
-        Bytes of the files of these trials, by the same keys.
-    exact
+    rows : dict of str to array
+        Ids of the removable trials, by part of the store.
+    remaining : dict of str to int
+        Number of trials that stay, by part.
+    trials : Counter of str
+        Number of removable trials by the other code that computed the trials, in words;
+        "" for the code of the plan.
+    size_bytes : Counter of str
+        Bytes of the files of removable trials, with the keys of `trials`.
+    exact : bool
         Whether `size_bytes` is exact. If a part keeps some trials, the bytes are in
-        proportion to its trials.
-    repeated
-        Number of rows of trials that a later part has too.
-    unlisted
-        Number of trials that stay although the plan lacks them. They have its spec and
-        code, such as trials of a run that has not come to its end.
-    checkpoints
-        Trials whose checkpoints no run will need.
-    code
-        Bytes of each file of custom code that computed no trial that stays, by sha256.
+        proportion to the number of trials.
+    repeated : int
+        Number of rows of trials that are also in a later part.
+    unlisted : int
+        Number of trials of the current spec and code that stay although the plan lacks
+        the trials, for example after an interrupted run.
+    checkpoints : set of str
+        Trials with a checkpoint that no run will need.
+    code : dict of str to int
+        Bytes of each file of custom code that computed no remaining trial, by sha256.
     """
 
     rows: dict[Location, pa.ChunkedArray] = field(default_factory=dict)
@@ -76,17 +76,17 @@ class Waste:
 
     @property
     def lasting(self) -> bool:
-        """True if trials or code could go, which no launch would bring back."""
+        """True if trials or code are removable, which no launch would restore."""
         return bool(self.rows or self.code)
 
     def as_text(self, study: StoredStudy) -> str:
-        """Return a description for a user who has to confirm the removal."""
+        """Return a description of the removal, which a user has to confirm."""
         roughly = "" if self.exact else "about "
         lines = [
             f"study      {study.name}",
             (
-                f"stay       those of the {study.plan.num_rows:,} trials of the spec as"
-                " last launched that are stored"
+                f"stay       stored trials among the {study.plan.num_rows:,} trials of"
+                " the last launched spec"
             ),
         ]
         for other, count in self.trials.most_common():
@@ -102,37 +102,37 @@ class Waste:
             )
         if self.checkpoints:
             count = len(self.checkpoints)
-            why = "of trials that are stored, or that nobody will ask for"
+            why = "of trials that are stored or no longer needed"
             lines.append(f"go         {count:,} checkpoints {why}")
         if self.code:
             lines.append(
-                f"go         {len(self.code):,} versions of your own code, code-*.json,"
-                " by which no trial that stays was computed:"
+                f"go         {len(self.code):,} versions of custom code, code-*.json,"
+                " that computed no remaining trial:"
                 f" {size(sum(self.code.values()))}"
             )
         if self.unlisted:
-            why = "it was not run to its end, or a table or an image has changed"
+            why = "the run was interrupted, or a table or an image has changed"
             lines.append(
-                f"stay       {so_many(self.unlisted, 'trial')} stored under this very"
-                f" spec that its plan lacks: {why}"
+                f"stay       {so_many(self.unlisted, 'trial')} of this spec, stored but"
+                f" not in the plan: {why}"
             )
         if not self.lasting and not self.checkpoints:
             lines.append("go         nothing; small parts are merged")
         if self.trials and _grows(study):
             lines.append(
-                "note       the plan of this study grows as it runs: run it to its end"
-                " first, or it may need them again"
+                "note       the plan of this study grows during the run: complete the"
+                " run first, or the removed trials may run again"
             )
         return "\n".join(lines)
 
 
 def _grows(study: StoredStudy) -> bool:
-    """Return whether the study decides as it runs which trials it has."""
+    """Return whether the study chooses trials during the run."""
     return study.looks is not None or study.store.read_asked() is not None
 
 
 def find_waste(study: StoredStudy) -> Waste:
-    """Return the data that could go from the store of `study`; change nothing.
+    """Return the removable data in the store of `study`; change nothing.
 
     Raises StoreError for a damaged part.
     """
@@ -143,7 +143,7 @@ def find_waste(study: StoredStudy) -> Waste:
 
 
 def _idle(study: StoredStudy) -> set[str]:
-    """Return the trials with a checkpoint that are stored, or not listed by the plan.
+    """Return the trials with a checkpoint that are stored or not in the plan.
 
     A plan that grows may still list any trial.
     """
@@ -156,9 +156,9 @@ def _idle(study: StoredStudy) -> set[str]:
 
 
 def _unused(study: StoredStudy, parts: list[Location], waste: Waste) -> dict[str, int]:
-    """Return the bytes of each file of code that computes no trial, by its sha256.
+    """Return the bytes of each file of code that computes no trial, by sha256.
 
-    Trials are those of the plan, and those of `parts` that stay.
+    The trials are all trials of the plan, and the remaining trials of `parts`.
     """
     if not (stored := kept_code(study.store)):
         return stored
@@ -176,7 +176,7 @@ def _waste(study: StoredStudy, parts: list[Location]) -> Waste:
     superseded = superseded_rows(parts)
     listed = study.plan["trial_id"].combine_chunks()
     if (requests := study.store.read_asked()) is not None:
-        # Up to version 0.18 it was another file, which may name other trials.
+        # Up to version 0.18 another file had the requests, which may name other trials.
         listed = pa.concat_arrays([listed, requests["trial_id"].combine_chunks()])
     tables = each(parts, lambda part: load_table(part, "trials", ["trial_id"]))
     for part, trials in zip(parts, tables, strict=True):
@@ -201,9 +201,9 @@ def _waste(study: StoredStudy, parts: list[Location]) -> Waste:
 
 
 def _other_code(then: Mapping[str, Any], now: Mapping[str, Any]) -> str:
-    """Return the code other than that of `now` that computed trials, in words.
+    """Return the changes of the code of `then` from the code of `now`, in words.
 
-    It is "" if the code is the same.
+    The string is "" if the code is equal.
     """
     if same_code(then, now):
         return ""
@@ -215,11 +215,11 @@ def _other_code(then: Mapping[str, Any], now: Mapping[str, Any]) -> str:
 
 
 def clean(study: StoredStudy, waste: Waste) -> int:
-    """Remove `waste`, merge small parts, and return how many bytes that saved.
+    """Remove `waste`, merge small parts, and return the number of freed bytes.
 
     Raises StoreError if the study is being launched or was launched since
-    `find_waste`, and if the store cannot be read or written. No trial that stays is
-    lost by an error, nor if the process is killed.
+    `find_waste`, and if the store cannot be read or written. No other trial is lost by
+    an error or by a kill of the process.
     """
     store = study.store
     checkpoints = Checkpoints.of(store.folder)
@@ -228,14 +228,15 @@ def clean(study: StoredStudy, waste: Waste) -> int:
         if not store.read_plan().equals(study.plan, check_metadata=True):
             raise StoreError(
                 f"study {study.name} was launched meanwhile: nothing was removed;"
-                " look again"
+                " repeat the command"
             )
         checkpoints.keep_only(checkpoints.trials() - _idle(study))
         for part, trial_ids in waste.rows.items():
             lock.check()
             if part not in store.current_parts():
                 raise StoreError(
-                    f"study {study.name}: its store was changed meanwhile; look again"
+                    f"study {study.name}: another process has changed the store; repeat"
+                    " the command"
                 )
             if waste.remaining[part]:
                 store.merge([part], {part: trial_ids.combine_chunks()})

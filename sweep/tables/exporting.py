@@ -1,4 +1,4 @@
-"""One table of a study as a file for other programs.
+"""A table of a study as a file for other programs.
 
 The file comes with units, provenance and a checksum.
 """
@@ -31,7 +31,7 @@ BESIDE = ".json"
 
 
 KEYS = ("trial_id", "frame", "rows", "columns")
-"""Columns that identify a row. A file has those of its table, whatever is chosen."""
+"""Columns that identify a row. A file always has these columns of its table."""
 
 
 @dataclass(frozen=True)
@@ -52,11 +52,11 @@ def export(
     columns: str | Sequence[str] = (),
     force: bool = False,
 ) -> Exported:
-    """Write a table of `study`, the trials of its spec in their order, to a file.
+    """Write a table of `study` to a file, with trials in the order of the spec.
 
-    Parquet and Arrow files have the table as it is stored. CSV files have one row per
-    boid or pixel if a stored row has many. NetCDF files have arrays by trial, see
-    sweep.tables.netcdf. Values read from any of them are bitwise identical. The
+    Parquet and Arrow files have the table as stored. CSV files have one row per boid or
+    pixel if a stored row has many. NetCDF files have arrays by trial, see
+    sweep.tables.netcdf. In each format, values that are read are bitwise identical. The
     checksum is in `<path>.sha256`.
 
     Parameters
@@ -64,14 +64,14 @@ def export(
     study : StoredStudy
         A study restricted by `where` has only the chosen trials.
     path : Path
-        The file. Its name ends in its format: .parquet, .csv, .nc or .arrow.
+        The file. Its ending is the format: .parquet, .csv, .nc or .arrow.
     table : {"trials", "series", "heatmaps", "trajectories"}, default "trials"
     trials : str or sequence of str, optional
         Ids of trials, or their beginnings; by default all trials of the study.
     columns : str or sequence of str, optional
-        Columns; by default all. "varied" stands for the parameters that differ between
-        points, "metrics" for the values of recorded metrics. The file also has the
-        columns that identify a row, see `KEYS`.
+        Columns; by default all. "varied" means the parameters that differ between
+        points, "metrics" the values of recorded metrics. The file also has the columns
+        that identify a row, see `KEYS`.
     force : bool, default False
         Replace a file that exists.
 
@@ -85,8 +85,8 @@ def export(
         If the table, a trial or a column is unknown, if there is nothing to export, or
         if the packages that write netCDF are missing.
     OutputError
-        If the ending is unknown, a file exists and `force` is not set, or a file
-        cannot be written.
+        If the ending is unknown, a file exists and `force` is not set, or a file cannot
+        be written.
     """
     _check_table(study, table)
     check_output(path, WRITERS, force=force)
@@ -126,7 +126,7 @@ def about_of(path: Path) -> Path:
 
 
 def write_about(path: Path, schema: pa.Schema) -> Path:
-    """Write the units and provenance of a CSV file, and return the path of both."""
+    """Write the units and provenance of a CSV file, and return the path."""
     companion = about_of(path)
     with unfinished(companion) as file:
         file.write(json.dumps(_about(schema), indent=2).encode())
@@ -168,10 +168,9 @@ def _listed(study: StoredStudy, trials: Sequence[str]) -> pa.Array:
     chosen = listed.filter(pc.is_in(listed, value_set=ids))
     for beginning, trial in zip(trials, ids, strict=True):
         if not pc.is_in(trial, value_set=chosen).as_py():
-            where = "at the points that were chosen" if study.restricted else "now"
+            where = "at the chosen points" if study.restricted else "now"
             raise ChoiceError(
-                f"trial {beginning} is stored, and the spec does not ask for it"
-                f" {where}",
+                f"trial {beginning} is stored, but is not a trial of the spec {where}",
                 study.name,
             )
     return chosen
@@ -180,7 +179,7 @@ def _listed(study: StoredStudy, trials: Sequence[str]) -> pa.Array:
 def ordered_rows(study: StoredStudy, name: str, trials: Sequence[str] = ()) -> pa.Table:
     """Return a table of trials of the spec in the order of the plan.
 
-    The table has the provenance of the study and of its parts.
+    The table has the provenance of the study and of all parts of the store.
 
     Parameters
     ----------
@@ -202,9 +201,9 @@ def ordered_rows(study: StoredStudy, name: str, trials: Sequence[str] = ()) -> p
         remedy = (
             ""
             if name == "trials"
-            else f"; record: {{{name}: ...}} in the spec keeps some"
+            else f"; record: {{{name}: ...}} in the spec stores some rows"
         )
-        raise ChoiceError(f"no {name} of it are stored{remedy}", study.name)
+        raise ChoiceError(f"no {name} are stored{remedy}", study.name)
     order = np.argsort(
         pc.index_in(table["trial_id"], value_set=listed).to_numpy(), kind="stable"
     )
@@ -220,7 +219,7 @@ def ordered_rows(study: StoredStudy, name: str, trials: Sequence[str] = ()) -> p
 def origins_of(study: StoredStudy, trial_ids: list[str]) -> list[dict[str, Any]]:
     """Return the code and machines that computed trials, launch by launch.
 
-    Of a changed working tree only the fact is included, not the changes.
+    A changed working tree is reported without its changes.
     """
     return list(_origins(study, trial_ids))
 
@@ -285,7 +284,8 @@ def _write_csv(table: pa.Table, file: BinaryIO, _study: StoredStudy) -> int:
 class CsvWriter:
     """Writer of tables as CSV, which counts the rows of the file in `rows`.
 
-    If a row of a table has many boids or pixels, the file has one row per each.
+    If a row of a table has many boids or pixels, the file has one row per boid or
+    pixel.
     """
 
     def __init__(self, writer: Any) -> None:
@@ -301,7 +301,7 @@ class CsvWriter:
 
 @contextmanager
 def csv_writer(file: BinaryIO, schema: pa.Schema) -> Iterator[CsvWriter]:
-    """Open a writer of tables of one schema into a CSV file."""
+    """Open a writer of tables with a common schema into a CSV file."""
     from pyarrow import csv
 
     flat = _flat(schema.empty_table().combine_chunks()).schema

@@ -19,7 +19,7 @@ ENDINGS = (".csv", ".parquet")
 
 
 class Changes(NamedTuple):
-    """The size of a table of changes: its rows and trials, and all events in them."""
+    """The size of a table of changes: the numbers of rows, trials and events."""
 
     rows: int
     trials: int
@@ -32,9 +32,9 @@ def write_flock_changes(
 ) -> Changes:
     """Write one row per boid and recorded frame in which the boid changes its flock.
 
-    A flock is compared with the one of the recorded frame before, see
+    The flock is compared with the flock in the previous recorded frame, see
     sweep.trial.following. Columns: `trial_id`, `frame`, `time`, `boid`, and the numbers
-    of both flocks, `from_flock` and `to_flock`.
+    of the two flocks, `from_flock` and `to_flock`.
 
     Parameters
     ----------
@@ -58,8 +58,8 @@ def write_flock_changes(
     check_output(path, ENDINGS, force=force)
     if study.read("trajectories", study.plan["trial_id"].combine_chunks()).num_rows < 1:
         raise ChoiceError(
-            "no trajectories of it are stored; record: {trajectories: true} in the spec"
-            " keeps them",
+            "no trajectories are stored; record: {trajectories: true} in the spec"
+            " stores trajectories",
             study.name,
         )
     parts = []

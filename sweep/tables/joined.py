@@ -1,6 +1,6 @@
 """Several studies as one, in which `study` is a parameter that varies.
 
-Figures show the studies together and distinguish them by it.
+Figures show the studies together and distinguish studies by this parameter.
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,9 +28,9 @@ ABOUT = ("model", "preset")
 class JoinedStudies(Results):
     """The trials of several studies, which share metrics.
 
-    `metrics` are those that all studies have recorded, in one unit and with one
-    distribution and range; `left_out` has the reason for each other metric. A parameter
-    that a study does not vary has there the one value of all its trials.
+    `metrics` are the metrics that all studies have recorded, with an equal unit,
+    distribution and range. `left_out` has the reason for each further metric. A
+    parameter that a study does not vary has the value of all trials of the study.
 
     Raises ChoiceError if a study is named twice or has no stored trial, if no metric is
     shared, and if a study lacks a parameter that another study varies.
@@ -44,7 +44,7 @@ class JoinedStudies(Results):
             raise ChoiceError(f'study "{twice[0]}" is named twice')
         for study in studies:
             if study.trials.empty:
-                raise ChoiceError("no trial of it is stored yet", study.name)
+                raise ChoiceError("no trial is stored yet", study.name)
         restrictions = [set(_restrictions(study)) for study in studies]
         self.conditions = tuple(
             text
@@ -58,14 +58,14 @@ class JoinedStudies(Results):
         if not self._shared:
             reasons = "; ".join(f"{name} {why[name]}" for name in self._left_out)
             raise ChoiceError(
-                f"no metric is the same in all of them: {reasons}", self.name
+                f"the studies have no metric in common: {reasons}", self.name
             )
         plans = [self._with_ids(study.plan, study.name) for study in studies]
         self.plan = pa.concat_tables(plans)
 
     @property
     def kept_apart(self) -> list[str]:
-        """`study`, and the parameters over which its parts are never averaged."""
+        """`study`, and the parameters over which results are never averaged."""
         names = (name for study in self.parts for name in study.kept_apart)
         return [STUDY, *dict.fromkeys(names)]
 
@@ -82,12 +82,12 @@ class JoinedStudies(Results):
 
     @property
     def left_out(self) -> dict[str, str]:
-        """The metrics that are not the same in all studies, each with the reason."""
+        """The metrics that differ between studies, each with the reason."""
         return self._left_out
 
     @cached_property
     def differ(self) -> dict[str, list[Any]]:
-        """The model, preset and fixed parameters that differ, by value in each study.
+        """The model, preset and fixed parameters that differ, with the value per study.
 
         The model and the preset come first.
         """
@@ -112,7 +112,7 @@ class JoinedStudies(Results):
 
     @property
     def known_metrics(self) -> Mapping[str, Metric]:
-        """The metrics that any of the studies knows."""
+        """The metrics that at least one study knows."""
         return {
             name: metric
             for study in reversed(self.parts)
@@ -121,7 +121,7 @@ class JoinedStudies(Results):
 
     @property
     def varied(self) -> list[str]:
-        """`study`, and the parameters that differ within one of the studies.
+        """`study`, and the parameters that differ within a study.
 
         `detail` replaces the parameters that an axis ablates.
         """
@@ -130,12 +130,12 @@ class JoinedStudies(Results):
 
     @property
     def headings(self) -> list[str]:
-        """The same names as `varied`."""
+        """The names in `varied`."""
         return self.varied
 
     @cached_property
     def points(self) -> pd.DataFrame:
-        """One row per point, by the name of its study and its id, `study:point`."""
+        """One row per point, by the name of the study and the id, `study:point`."""
         tables = []
         for study in self.parts:
             table = study.points.reindex(columns=self.varied[1:])
@@ -148,7 +148,7 @@ class JoinedStudies(Results):
 
     @cached_property
     def trials(self) -> pd.DataFrame:
-        """The stored trials of all studies; ids have the name of their study first."""
+        """The stored trials of all studies; ids begin with the name of the study."""
         tables = []
         for study in self.parts:
             ids = {name: self._ids(study.trials[name], study.name) for name in IDS}
@@ -176,9 +176,9 @@ class JoinedStudies(Results):
 
     @property
     def axes(self) -> dict[str, AxisAbout]:
-        """`study`, and the axes of all studies by their first parameter.
+        """`study`, and the axes of all studies by the first parameter.
 
-        An axis that is sampled in any study is sampled here.
+        An axis that is sampled in a study is sampled here.
         """
         axes = {STUDY: AxisAbout([STUDY], None)}
         for study in self.parts:
@@ -190,7 +190,7 @@ class JoinedStudies(Results):
 
     @cached_property
     def units(self) -> dict[str, str]:
-        """The units of all columns; a metric has one in all studies."""
+        """The units of all columns; a metric has an equal unit in all studies."""
         return {
             name: unit for study in self.parts for name, unit in study.units.items()
         }
@@ -206,9 +206,9 @@ class JoinedStudies(Results):
 
     @property
     def repeated(self) -> dict[str, float]:
-        """The metrics that decided how many trials any study has.
+        """The metrics that decided the number of trials of a study.
 
-        Each has the highest confidence in these studies.
+        Each metric has the highest confidence of the studies.
         """
         highest: dict[str, float] = {}
         for study in self.parts:
@@ -218,7 +218,7 @@ class JoinedStudies(Results):
 
     @property
     def looks(self) -> Looks | None:
-        """The looks of the first study that has any."""
+        """The looks of the first study that has looks."""
         return next((study.looks for study in self.parts if study.looks), None)
 
     @cached_property
@@ -230,12 +230,12 @@ class JoinedStudies(Results):
         }
 
     def _own(self, study: StoredStudy) -> str:
-        """Return the restrictions of this study that not all have, before a number."""
+        """Return the restrictions that not all studies have, before a number."""
         own = [text for text in _restrictions(study) if text not in self.conditions]
         return "".join(f"{text}; " for text in own)
 
     def _differing(self, metric: str) -> str:
-        """Return why a metric is not the same in all studies; "" if it is."""
+        """Return why a metric differs between studies; "" if all studies agree."""
         lacking = [study.name for study in self.parts if metric not in study.metrics]
         if lacking:
             return f"is not recorded in {', '.join(lacking)}"
@@ -251,11 +251,11 @@ class JoinedStudies(Results):
 
     @staticmethod
     def _fixed_value(study: StoredStudy, setting: str) -> Any:
-        """Return the one value of a parameter that a study does not vary."""
+        """Return the value of a parameter that a study does not vary."""
         if setting not in study.chooser.columns:
             raise ChoiceError(
-                f"it has no {setting}, which another study varies; choose one value"
-                f" of it there, by --where or `where`",
+                f"no parameter {setting}, which another study varies; choose one value"
+                f" in the other study, by --where or `where`",
                 study.name,
             )
         return study.chooser.values(setting)[0]
@@ -272,7 +272,7 @@ class JoinedStudies(Results):
 
 
 def stored_parts(study: Results) -> tuple[StoredStudy, ...]:
-    """Return the stored studies that results are made of, such as one itself."""
+    """Return the stored studies that results consist of, one or several."""
     if isinstance(study, StoredStudy):
         return (study,)
     assert isinstance(study, JoinedStudies)

@@ -1,6 +1,6 @@
 """The rows of a table as JSON, with as many digits as a float needs.
 
-pandas writes 15 decimals at most, and 10 of its own accord, so that 1e-16 becomes 0.
+pandas writes 10 decimals by default and 15 at most, so that 1e-16 becomes 0.
 """
 
 import json

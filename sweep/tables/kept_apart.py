@@ -1,4 +1,4 @@
-"""A stored study with those of its trials apart that nothing is averaged over."""
+"""A stored study whose parts are apart where no average is allowed."""
 
 from typing import TypeVar
 
@@ -10,10 +10,10 @@ Shown = TypeVar("Shown", bound=Results)
 
 
 def keep_apart(study: Shown) -> Shown:
-    """Return a study with the parts apart that its methods separate.
+    """Return a study with the parts apart that methods separate.
 
-    The parts of joined studies are apart before they are joined. Raises StoreError if a
-    table of the study lacks what tells its parts apart.
+    The parts of joined studies are separated before the studies are joined. Raises
+    StoreError if a table of the study lacks the column that separates the parts.
     """
     if isinstance(study, StoredStudy):
         for method in methods().values():

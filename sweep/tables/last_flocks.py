@@ -1,6 +1,6 @@
 """The last flocks of the trials of a point, as a table of positions.
 
-The replicates of another study start from them with `start_draws: ./FILE.csv`.
+The replicates of another study start from these flocks with `start_draws: ./FILE.csv`.
 """
 
 from pathlib import Path
@@ -22,7 +22,7 @@ REPLICATE = "replicate"
 
 
 class Written(NamedTuple):
-    """The number of replicates in a table, and of boids in each of them."""
+    """The number of replicates in a table, and of boids in each replicate."""
 
     replicates: int
     boids: int
@@ -53,19 +53,19 @@ def write_last_flocks(
     OutputError
         If the file has another ending, or exists and `force` is not set.
     ChoiceError
-        If the study has several points, trials are not done, or boids have a state,
-        which such a table does not hold: with all these reasons. Also if trials have
-        no stored last flock.
+        If the study has several points, if trials are not done, if trials have no
+        stored last flock, or if boids have a state, which the table cannot contain. The
+        error has all reasons.
     StoreError
-        If stored data are not what a launch writes.
+        If no launch writes such data.
     """
     check_output(path, [ENDING], force=force)
     trials = _trials(study)
     flocks = last_flocks(study.store, trials["trial_id"], [])
     if without := [trial for trial in trials["trial_id"] if trial not in flocks]:
         raise ChoiceError(
-            f"{so_many(len(without), 'trial')} of it left no {LAST_FLOCKS}; with"
-            f" record: {{{LAST_FLOCKS}: true}} in the spec a launch keeps them",
+            f"{so_many(len(without), 'trial')} without stored {LAST_FLOCKS};"
+            f" record: {{{LAST_FLOCKS}: true}} in the spec stores final flocks",
             study.name,
         )
     with unfinished(path) as file:
@@ -95,8 +95,8 @@ def _trials(study: StoredStudy) -> pd.DataFrame:
         for name in trials["model"].unique():
             if state := [*study.known.models[name].state]:
                 raise ChoiceError(
-                    f"boids of {name} have a state ({', '.join(state)}), which no table"
-                    " of places holds; an axis with `continue` hands it on",
+                    f"boids of {name} have a state ({', '.join(state)}), which a table"
+                    " of positions cannot contain; use an axis with `continue`",
                     study.name,
                 )
     refusals.check()
@@ -111,8 +111,8 @@ def _check_point(study: StoredStudy) -> None:
     names = [name for name in points.columns if points[name].nunique() > 1]
     example = f"{names[0]}={points[names[0]].iloc[0]}"
     raise ChoiceError(
-        f"has {len(points):,} points, which differ in {', '.join(names)}; choose one,"
-        f" as with --where {example}",
+        f"has {len(points):,} points, which differ in {', '.join(names)}; choose one"
+        f" point, for example with --where {example}",
         study.name,
     )
 

@@ -1,6 +1,6 @@
-"""The table of a study: means of its metrics with confidence intervals.
+"""The table of a study: means of metrics with confidence intervals.
 
-It has one row per point, or one per group of points that agree in some parameters.
+The table has one row per point, or per group of points that agree in some parameters.
 """
 
 from collections.abc import Collection, Sequence
@@ -26,19 +26,20 @@ class PointMeans:
 
     Attributes
     ----------
-    rows
+    rows : DataFrame
         One row per point or group of points. Columns: `headings`; `points`, the number
-        of points, if rows pool them; the columns of `by_point` for each metric;
-        `not_done`; and `trial_id`, an example, which is done if any trial is.
-    headings
+        of points, if rows pool points; the columns of `by_point` for each metric;
+        `not_done`; and `trial_id`, an example, which is done if a trial is done.
+    headings : list of str
         The parameters that distinguish the rows.
-    metrics
+    metrics : list of str
         The columns of means.
-    pooled
-        Whether a row has several points. Its values are then means over the points,
-        one per replicate.
-    interval
-        The requested kind of interval; None for that of the distribution.
+    pooled : bool
+        Whether a row has several points. A value is then the mean over the points, one
+        per replicate.
+    interval : str or None
+        The requested kind of confidence interval; None for the kind of the
+        distribution.
     """
 
     rows: pd.DataFrame
@@ -69,14 +70,15 @@ def point_means(
     metrics : str or sequence of str, optional
         By default all recorded metrics.
     by : str or sequence of str, optional
-        Parameters. One row pools all points that agree in them, see
+        Parameters. One row pools all points with equal values of the parameters, see
         `sweep.analysis.pooled`. By default one row per point.
     sort : str or sequence of str, optional
         Parameters or metrics to sort by; `:desc` after a name puts large values first.
     half : bool, default False
         Means over the second half of each trial instead of the last frame.
     interval : {"t", "bootstrap", "bootstrap_t"}, optional
-        By default the interval of the distribution of the metric.
+        Kind of confidence interval; by default the kind for the distribution of the
+        metric.
 
     Returns
     -------
@@ -132,9 +134,9 @@ def _known(
     study: StoredStudy,
     refusals: Refusals,
 ) -> list[str]:
-    """Return each of `names` once, or all `allowed` ones if one is unknown.
+    """Return each of `names` once, or all `allowed` names if a name is unknown.
 
-    An unknown name is stored in `refusals`; it causes no further errors.
+    An unknown name is stored in `refusals` and causes no further errors.
     """
     wrong = [name for name in dict.fromkeys(names) if name not in allowed]
     for name in wrong:
@@ -152,7 +154,7 @@ def _order(
     metrics: Sequence[str],
     refusals: Refusals,
 ) -> dict[str, bool]:
-    """Return the columns to sort by, with True for those that ascend."""
+    """Return the columns to sort by, with True for ascending columns."""
     plain = {Column.read(name).metric: name for name in metrics}
     columns = {name: name for name in (*headings, *metrics)} | plain
     order: dict[str, bool] = {}

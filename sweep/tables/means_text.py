@@ -1,4 +1,4 @@
-"""A table of means in words, as `sweep table` prints it: its cells and its caption."""
+"""A table of means in words, printed by `sweep table`: the cells and the caption."""
 
 import math
 from typing import Any
@@ -24,24 +24,24 @@ from sweep.text import shortened, so_many
 
 INTERVALS: dict[MeanKind | None, str] = {
     None: (
-        "mean with the 95 % interval of its distribution (sweep metrics), ± half width"
-        " of Student's"
+        "mean with the 95 % confidence interval for the distribution (sweep metrics);"
+        " ± is the half-width of a Student's t interval"
     ),
-    "t": "mean ± half width of the 95 % interval",
-    "bootstrap": "mean and 95 % interval by the BCa bootstrap",
-    "bootstrap_t": "mean and 95 % interval by the bootstrap-t",
+    "t": "mean ± half-width of the 95 % confidence interval",
+    "bootstrap": "mean and 95 % confidence interval by the BCa bootstrap",
+    "bootstrap_t": "mean and 95 % confidence interval by the bootstrap-t",
 }
 
 POOLED = (
-    "a row pools its points, each with the same weight: a value is the mean over them"
-    " in one replicate, and a replicate counts where all of them have a value"
+    "each row pools points with equal weight: a value is the mean over the points in a"
+    " replicate. Only replicates with a value at every point count"
 )
 
 
 def means_report(study: StoredStudy, table: PointMeans) -> Report:
     """Return a table of means; Student's intervals are shown as half-widths.
 
-    A row has the number of its trials, or of its replicates if it pools points.
+    A row has the number of trials, or of replicates if the row pools points.
     """
     rows = point_rows(study, table)
     units = study.units
@@ -66,7 +66,7 @@ def means_report(study: StoredStudy, table: PointMeans) -> Report:
         row_name=row_name,
     )
     views = [
-        f"a trial of the first {row_name}, and in --csv and --json of each: {view}"
+        f"a trial of the first {row_name} (--csv and --json: of every row): {view}"
         for view in rows["view"].head(1)
     ]
     return Report(rows, json_rows(rows), [shown, *views])
@@ -107,9 +107,9 @@ def cell_text(
     Returns
     -------
     str
-        With the fraction of trials without a value in a second line, if there are any.
-        Several values may have no interval, such as equal ones without a range; the
-        cell states that.
+        With the fraction of trials without a value in a second line, if there are such
+        trials. The cell states if several values have no confidence interval, for
+        example equal values without a range.
     """
     mean, low, high = (float(row[name + end]) for end in ("", "_low", "_high"))
     repeated = name in study.repeated and not table.pooled
@@ -129,8 +129,8 @@ def cell_text(
 def caption(study: StoredStudy, table: PointMeans) -> str:
     """Return the notes below a table.
 
-    They name the kind of the intervals, how rows pool points, intervals of few values,
-    unknown intervals, and trials that are not stored.
+    The notes name the kind of the confidence intervals, the pooling of points,
+    intervals of few values, unknown intervals, and trials that are not stored.
     """
     counts = {name: table.rows[f"{name}_n"] for name in table.metrics}
     notes = [
@@ -145,19 +145,19 @@ def caption(study: StoredStudy, table: PointMeans) -> str:
 
 
 def _undeclared(study: StoredStudy, table: PointMeans) -> str:
-    """Return the metrics that declare no distribution, in words; "" for none."""
+    """Return the metrics that declare no distribution, in words, or ""."""
     names = undeclared(study, table.metrics)
     if not names:
         return ""
     declares = "declares" if len(names) == 1 else "declare"
     return (
         f"{' and '.join(names)} {declares} no distribution and"
-        f" {'is' if len(names) == 1 else 'are'} taken as normal"
+        f" {'is' if len(names) == 1 else 'are'} treated as normal"
     )
 
 
 def _missing(study: StoredStudy) -> str:
-    """Return the numbers of missing trials and of points without any; "" for none."""
+    """Return the numbers of missing trials and of points without trials, or ""."""
     if not study.missing:
         return ""
     number = f"{study.missing:,} of {so_many(study.plan.num_rows, 'trial')} missing"
@@ -165,13 +165,13 @@ def _missing(study: StoredStudy) -> str:
 
 
 def _intervals(study: StoredStudy, table: PointMeans) -> str:
-    """Return the kind of the intervals of a table, and how rows pool points.
+    """Return the kind of confidence intervals of a table, and the pooling of points.
 
-    If a metric decided how many trials a point has, only the interval of this metric
-    accounts for that.
+    If a metric decided the number of trials of a point, only the interval of this
+    metric accounts for the decision.
     """
     if table.pooled:
-        fixed = ", which takes the numbers of trials as given" if study.repeated else ""
+        fixed = ", valid for fixed numbers of trials" if study.repeated else ""
         return f"{INTERVALS[table.interval]}{fixed}\n{POOLED}"
     looks = study.looks
     if not looks:
@@ -180,10 +180,10 @@ def _intervals(study: StoredStudy, table: PointMeans) -> str:
     declared = {in_full(study.distributions[name]).distribution for name in metrics}
     normal = declared == {"normal"}
     return (
-        f"{', '.join(metrics)}: mean {'± half width of' if normal else 'with'} the"
-        f" repeated {100 * looks.confidence:g} % interval, by which the number of"
-        f" trials of each point was chosen\nother metrics: {INTERVALS[table.interval]},"
-        " which takes that as given"
+        f"{', '.join(metrics)}: mean {'± half-width of' if normal else 'with'} the"
+        f" repeated {100 * looks.confidence:g} % confidence interval, which decided the"
+        f" number of trials of each point\nother metrics: {INTERVALS[table.interval]},"
+        " valid for fixed numbers of trials"
     )
 
 

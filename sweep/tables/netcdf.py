@@ -1,15 +1,13 @@
 """Tables as netCDF 4: arrays by trial, frame, boid or pixel, with units.
 
     trials        every column by `trial`
-    series        every metric by `trial` and `frame`; NaN where a trial has no such
-                  frame
-    trajectories  x, y, vx and vy by `trial`, `frame` and `boid`; NaN where a trial has
-                  no such frame or boid
-    heatmaps      visits by `trial`, `row` and `column`; -1 in obstacles, -2 outside of
-                  a smaller map
+    series        every metric by `trial` and `frame`
+    trajectories  x, y, vx and vy by `trial`, `frame` and `boid`
+    heatmaps      visits by `trial`, `row` and `column`
 
-`trial` is the id of the trial. Its point, its replicate, its seed and the parameters
-that vary are coordinates along it.
+A value is NaN where a trial lacks the frame or the boid. Visits are -1 in obstacles and
+-2 outside of a smaller map. The dimension `trial` has the ids of trials. The point, the
+replicate, the seed and the varying parameters of a trial are coordinates along `trial`.
 """
 
 import math
@@ -32,7 +30,7 @@ if TYPE_CHECKING:
 
 OUTSIDE = -2
 MOST_PLACES = 2**31
-"""Maximum number of elements of an array, which is held in memory."""
+"""Maximum number of elements of an array in memory."""
 Variables = dict[str, tuple[tuple[str, ...], NDArray[Any], dict[str, str]]]
 
 
@@ -54,7 +52,7 @@ def check_xarray() -> None:
 
 
 def write_netcdf(table: pa.Table, file: BinaryIO, study: StoredStudy) -> None:
-    """Write a table with its provenance as netCDF; hold the arrays in memory.
+    """Write a table with the provenance as netCDF; the arrays are in memory.
 
     Parameters
     ----------
@@ -73,7 +71,7 @@ def write_netcdf(table: pa.Table, file: BinaryIO, study: StoredStudy) -> None:
 
 
 def dataset(table: pa.Table, study: StoredStudy) -> "xr.Dataset":
-    """Return a table as an xarray.Dataset, in the order of its trials."""
+    """Return a table as an xarray.Dataset, in the order of the trials."""
     import xarray as xr
 
     ids = pc.unique(table["trial_id"])
@@ -103,7 +101,7 @@ def dataset(table: pa.Table, study: StoredStudy) -> "xr.Dataset":
     variables["provenance"] = (
         (),
         np.array(provenance, dtype=object),
-        {"text": "where it comes from, as JSON"},
+        {"text": "provenance of the table, as JSON"},
     )
     return xr.Dataset(variables, coordinates, {"title": f"boidsweep: {study.name}"})
 
@@ -170,7 +168,7 @@ def _maps(table: pa.Table) -> Variables:
         size = int(rows[index]), int(columns[index])
         visits[index, : size[0], : size[1]] = flat.values.to_numpy().reshape(size)
     attributes = _attributes(table, "visits") | {
-        "text": "visits a pixel, -1 in obstacles, -2 outside of the map"
+        "text": "visits per pixel, -1 in obstacles, -2 outside of the map"
     }
     return {"visits": (("trial", "row", "column"), visits, attributes)}
 
@@ -192,7 +190,7 @@ def room(shape: tuple[int, ...], value: float | str, kind: Any) -> NDArray[Any]:
     if math.prod(shape) > MOST_PLACES:
         size = " x ".join(f"{side:,}" for side in shape)
         raise ChoiceError(
-            f"an array of all trials would have {size} places; at most"
+            f"an array of all trials would have {size} elements; at most"
             f" {MOST_PLACES:,} are allowed: write .parquet instead"
         )
     return np.full(shape, value, kind)

@@ -42,7 +42,7 @@ def check_output(path: Path, endings: Iterable[str], *, force: bool = False) -> 
 def unfinished(path: Path, below: Path | None = None) -> Iterator[BinaryIO]:
     """Open a file that becomes `path` in one step at the end, see `replacing`.
 
-    Raises OutputError if it cannot be written.
+    Raises OutputError if the file cannot be written.
     """
     try:
         with replacing(path, below) as file:
@@ -56,11 +56,11 @@ def unfinished(path: Path, below: Path | None = None) -> Iterator[BinaryIO]:
 def by_path(write: Callable[[Path], object], file: BinaryIO) -> None:
     """Call `write`, which can write to a path only, with a path that leads to `file`.
 
-    On Linux the path is an entry of /proc for the open file itself. It is also valid in
-    processes that `write` starts. So nothing is copied, and no name in the folder of
-    the file is followed. Other systems have no such path that can be opened more than
-    once. There `write` fills a file in a new folder that nobody else may enter, and the
-    content is copied.
+    On Linux the path is an entry of /proc for the open file. The path is also valid in
+    processes that `write` starts. So no content is copied, and no name in the folder of
+    the file is followed. On further systems no path to an open file can be opened more
+    than once. There `write` fills a file in a new private folder, and the content is
+    copied.
     """
     if sys.platform == "linux":
         write(Path(f"/proc/{os.getpid()}/fd/{file.fileno()}"))
@@ -79,7 +79,7 @@ def sha256(path: Path) -> str:
 
 
 def write_checksum(path: Path) -> str:
-    """Write a file's sha256 to `<path>.sha256`, for `sha256sum -c`, and return it."""
+    """Write and return the sha256 of a file; `<path>.sha256` is for `sha256sum -c`."""
     digest = sha256(path)
     with unfinished(path.with_name(path.name + ".sha256")) as file:
         file.write(f"{digest}  {path.name}\n".encode())

@@ -1,4 +1,4 @@
-"""The studies in a folder of results with their progress, and notes about means.
+"""The studies in a folder of results with the progress, and notes about means.
 
 The notes concern points without a trial, and metrics with few skewed, constant or
 undeclared values.
@@ -34,7 +34,7 @@ def studies(results: Path) -> pd.DataFrame:
 
 
 def untried(study: Results) -> str:
-    """Return how many points have no stored trial, in words; "" if all have one."""
+    """Return the number of points without a stored trial, in words, or ""."""
     if not study.untried:
         return ""
     number = f"{study.untried:,} of {so_many(len(study.points), 'point')}"
@@ -44,7 +44,8 @@ def untried(study: Results) -> str:
 def few_skewed(study: Results, counts: Mapping[str, Iterable[int]]) -> str:
     """Return a warning about intervals of skewed metrics from 2 to FEW values.
 
-    It is "" if no point has so few. `counts` has the numbers of values by column.
+    The string is "" if no point has so few. `counts` has the numbers of values by
+    column.
     """
     few = [
         name
@@ -55,15 +56,15 @@ def few_skewed(study: Results, counts: Mapping[str, Iterable[int]]) -> str:
     if not few:
         return ""
     return (
-        f"{' and '.join(few)}: 2 to {FEW} skewed values cannot show a long tail, so"
-        " their intervals may cover the mean with less than 95 %"
+        f"{' and '.join(few)}: 2 to {FEW} skewed values cannot show a long tail, so the"
+        " confidence intervals may contain the mean with less than 95 % probability"
     )
 
 
 def constant(rows: pd.DataFrame, metrics: Iterable[str]) -> str:
-    """Return a note about metrics that have several values but no interval.
+    """Return a note about metrics with several values but no confidence interval.
 
-    It is "" if there are none. `rows` has the columns of `by_point`.
+    The string is "" if there is no such metric. `rows` has the columns of `by_point`.
     """
     unknown = {
         name: int(((rows[f"{name}_n"] > 1) & rows[f"{name}_low"].isna()).sum())
@@ -73,15 +74,16 @@ def constant(rows: pd.DataFrame, metrics: Iterable[str]) -> str:
     if not without:
         return ""
     return (
-        f"no interval of {', '.join(without)}: all values are equal, or all but one,"
-        " and do not show how much they vary; `low` and `high` of a metric would"
+        f"no confidence interval of {', '.join(without)}: all values, or all values"
+        " except one, are equal and show no variation; declare `low` and `high` of the"
+        " metric"
     )
 
 
 def undeclared(study: Results, columns: Iterable[str]) -> list[str]:
     """Return the columns of metrics without a declared distribution.
 
-    Only custom metrics may lack one.
+    Only custom metrics may lack a distribution.
     """
     known = study.known_metrics
     named = {column: Column.read(column).metric for column in columns}

@@ -1,7 +1,7 @@
 """A report: the answer to one question about a study, for a reader and for a program.
 
-A report is made once, so all its forms agree. CSV, JSON and LaTeX are made here, text
-for a terminal in `sweep.cli.reporting`. The explorer shows the tables.
+A report is made once, so all forms agree. CSV, JSON and LaTeX are made here, text for a
+terminal in `sweep.cli.reporting`. The explorer shows the tables.
 """
 
 import json
@@ -23,7 +23,7 @@ LATEX_SIGNS = {
     "<": r"\textless{}",
     ">": r"\textgreater{}",
 } | {sign: f"\\{sign}" for sign in "&%$#_{}"}
-"""ASCII characters that LaTeX would interpret, or print as other characters."""
+"""ASCII characters that LaTeX would interpret or replace."""
 
 
 @dataclass(frozen=True)
@@ -32,23 +32,23 @@ class TextTable:
 
     Attributes
     ----------
-    columns
+    columns : sequence of str
         The headings. A line break in a heading is preserved in a terminal.
-    rows
+    rows : sequence of sequence of str
         The cells: for each row one string per column.
-    title
+    title : str
         Text above the table.
-    caption
-        Lines below the table, which explain it.
-    right
+    caption : str
+        Lines below the table, an explanation.
+    right : collection of str
         Headings of the columns that are set flush right.
-    sections
+    sections : collection of int
         Numbers of the rows that begin a new section.
-    ruled
+    ruled : bool
         Whether columns are separated by lines. A table without lines is narrower.
-    hidden
+    hidden : int
         Number of further rows.
-    row_name
+    row_name : str
         Noun for a row in the line about hidden rows.
     """
 
@@ -76,12 +76,12 @@ class Report:
 
     Attributes
     ----------
-    rows
+    rows : DataFrame
         One row per finding, with all digits: the CSV.
-    facts
-        All results, as values that JSON has.
-    parts
-        The form for a reader: tables, and lines of text between them.
+    facts : object
+        All results, as values of JSON.
+    parts : sequence of TextTable and str
+        The form for a reader: tables, and lines of text between tables.
     """
 
     rows: pd.DataFrame
@@ -89,11 +89,11 @@ class Report:
     parts: Sequence[TextTable | str]
 
     def to_csv(self) -> str:
-        """Return the rows as CSV. Spreadsheets take no string in it for a formula."""
+        """Return the rows as CSV, in which no string is a formula of a spreadsheet."""
         return as_csv(self.rows)
 
     def to_json(self) -> str:
-        """Return the facts as JSON. A float that is read from it is the same float."""
+        """Return the facts as JSON. Floats that are read from the JSON are equal."""
         return json.dumps(self.facts, indent=2, allow_nan=False) + "\n"
 
     def to_latex(self) -> str:

@@ -21,10 +21,10 @@ from sweep.text import unknown
 
 
 class Looks(NamedTuple):
-    """The metrics that decided how many trials a point has, and two confidences.
+    """The metrics that decided the number of trials of a point, and two confidences.
 
     `confidence` is simultaneous for the confidence intervals of all looks at a point.
-    `nominal` is that of each interval.
+    `nominal` is the confidence of each interval.
     """
 
     metrics: tuple[str, ...]
@@ -33,18 +33,18 @@ class Looks(NamedTuple):
 
 
 class Results(ABC):
-    """Trials of points, with their metrics, and what is known of both.
+    """Trials of points with metrics, and the properties of points, trials and metrics.
 
     Attributes
     ----------
-    name
+    name : str
         The name of the study, or the names of all studies.
-    plan
+    plan : pyarrow.Table
         One row per planned trial: at least `trial_id` and `point`.
-    chosen
+    chosen : dict
         The parameters by which `where` has restricted the study.
-    conditions
-        The conditions by which `where` has restricted all of it.
+    conditions : tuple of str
+        The conditions by which `where` has restricted the results.
     """
 
     name: str
@@ -55,7 +55,7 @@ class Results(ABC):
     @property
     @abstractmethod
     def points(self) -> pd.DataFrame:
-        """One row per point, by its id: the parameters that differ between points."""
+        """One row per point, by the id: the parameters that differ between points."""
 
     @property
     @abstractmethod
@@ -80,7 +80,7 @@ class Results(ABC):
     @property
     @abstractmethod
     def kept_apart(self) -> list[str]:
-        """The columns over which nothing is averaged, nor shown as one."""
+        """The columns whose values are never averaged or shown as one."""
 
     @property
     @abstractmethod
@@ -100,7 +100,7 @@ class Results(ABC):
     @property
     @abstractmethod
     def known_metrics(self) -> Mapping[str, Metric]:
-        """The metrics that this version, or its custom code, defines, by name."""
+        """The metrics that this version or the custom code defines, by name."""
 
     @property
     @abstractmethod
@@ -125,11 +125,11 @@ class Results(ABC):
     @property
     @abstractmethod
     def looks(self) -> Looks | None:
-        """The metrics that decided how many trials a point has, if any did."""
+        """The metrics that decided the number of trials of a point, or None."""
 
     @property
     def differ(self) -> Mapping[str, list[Any]]:
-        """The fixed parameters in which its parts differ, with each value: none."""
+        """The fixed parameters in which the studies differ, with each value: empty."""
         return {}
 
     @property
@@ -139,14 +139,14 @@ class Results(ABC):
 
     @cached_property
     def tried(self) -> NDArray[np.bool_]:
-        """True for each of its `points` that has a stored trial, (points,)."""
+        """True for each of the `points` that has a stored trial, (points,)."""
         stored = pd.Index(self.trials["point"].unique())
         tried: NDArray[np.bool_] = stored.get_indexer(self.points.index) >= 0
         return tried
 
     @property
     def done(self) -> NDArray[np.bool_]:
-        """True for each of its `trials` that is done, (trials,)."""
+        """True for each of the `trials` that is done, (trials,)."""
         return (self.trials["status"] == "done").to_numpy(np.bool_)
 
     def check_metric(self, name: str) -> None:
@@ -156,7 +156,7 @@ class Results(ABC):
         column = Column.read(name)
         if column.half and column.metric in self.metrics:
             raise ChoiceError(
-                f'"{name}" is the mean of {column.metric} over the last half: ask for'
+                f'"{name}" is the mean of {column.metric} over the second half; use'
                 f' {column.metric} with over="half", in a command --over half',
                 self.name,
             )
@@ -181,8 +181,8 @@ class Results(ABC):
     ) -> pd.DataFrame:
         """Return the mean of each metric with its 95 % confidence interval.
 
-        Each interval is that of the distribution of the metric. A metric that decided
-        how many trials a point has gets its repeated confidence interval.
+        The kind of each interval depends on the distribution of the metric. A metric
+        that decided the number of trials of a point has a repeated confidence interval.
 
         Parameters
         ----------
@@ -190,8 +190,8 @@ class Results(ABC):
         varied : str or sequence of str, optional
             Parameters that become columns; by default those of the spec.
         over : {"last", "half"}, default "last"
-            The last frame of a trial, or its second half. The means over it are also
-            the metrics `<metric>_mean`.
+            The last frame of a trial, or the second half. The means over the second
+            half are also the metrics `<metric>_mean`.
 
         Returns
         -------
@@ -213,14 +213,15 @@ class Results(ABC):
     def mean_of(self, metric: str, values: ArrayLike) -> Interval:
         """Return the mean of values of a metric with its 95 % confidence interval.
 
-        The interval is that of the distribution of the metric. It is not valid for
-        differences: their declaration is `distributions[metric].of_differences`.
+        The kind of the interval depends on the distribution of the metric. The interval
+        is not valid for differences, which have the declaration
+        `distributions[metric].of_differences`.
 
         Parameters
         ----------
         metric : str
         values : array_like
-            One value per trial, (n,), such as its means over some frames.
+            One value per trial, (n,), for example the mean over some frames.
         """
         return mean_interval(values, distribution=self.distributions[metric])
 
@@ -228,8 +229,8 @@ class Results(ABC):
     def repeated(self) -> dict[str, float]:
         """The confidence of the interval at each look, by metric.
 
-        These metrics decided how many trials a point has. Empty if the number of trials
-        is fixed. `means` uses it.
+        The metrics decided the number of trials of a point. Empty if the number of
+        trials is fixed. `means` uses the confidences.
         """
         looks = self.looks
         return dict.fromkeys(looks.metrics, looks.nominal) if looks else {}

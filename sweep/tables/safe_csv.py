@@ -1,9 +1,9 @@
-"""CSV files for spreadsheets: no string in them becomes a formula.
+"""CSV files for spreadsheets, without formulas.
 
-A spreadsheet takes a cell that begins with = + - or @ for a formula, quoted or not
-(OWASP, CSV injection). Such a string gets an apostrophe before it, and so does a string
-that begins with an apostrophe. A reader who removes one leading apostrophe has every
-original string. Numbers do not change.
+A spreadsheet reads a cell that begins with = + - or @ as a formula, quoted or not
+(OWASP, CSV injection). An apostrophe is added before such a string, and before a string
+that begins with an apostrophe. The removal of a single leading apostrophe restores
+every original string. Numbers do not change.
 """
 
 import re
@@ -13,17 +13,17 @@ import pyarrow as pa
 import pyarrow.compute as pc
 
 FORMULA = "^(['\" \\t\\r\\n]*[=+\\-@\uff1d\uff0b\uff0d\uff20]|['\\t\\r\\n])"
-"""Beginning of a string that needs an apostrophe; some languages use wide signs."""
+"""Beginning of a string that needs an apostrophe, also with full-width signs."""
 
 
 def without_formulas(table: pa.Table) -> pa.Table:
-    """Return `table` with strings, also in its heading, that are never formulas."""
+    """Return `table` with strings, also in the heading, that are never formulas."""
     columns = [_defused(column) for column in table.columns]
     return pa.table(columns, names=[_text(name) for name in table.column_names])
 
 
 def as_csv(frame: pd.DataFrame) -> str:
-    """Return a table as CSV, without its index and with strings that are no formulas.
+    """Return a table as CSV without the index, with strings that are no formulas.
 
     Numbers do not change.
     """

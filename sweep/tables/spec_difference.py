@@ -1,4 +1,4 @@
-"""The effects of a change of a spec: points and trials that it adds, keeps and drops.
+"""The effects of a change of a spec: points and trials that are added, kept, dropped.
 
 The counts are exact, and no trial runs.
 """
@@ -24,10 +24,10 @@ MOST_SHOWN = 60
 
 
 class SpecVersion(NamedTuple):
-    """One of the two compared versions: its spec as plain values, code, trials, points.
+    """A version in a comparison: its spec as plain values, code, trials and points.
 
-    If the trials of a study follow from results, `counted` is a note on the trials that
-    are counted here.
+    If the trials of a study depend on results, `counted` is a note on the counted
+    trials.
     """
 
     label: str
@@ -41,7 +41,7 @@ class SpecVersion(NamedTuple):
 
 @dataclass(frozen=True)
 class Change:
-    """A changed key of the spec, such as `fixed.steps`, with both values.
+    """A changed key of the spec, such as `fixed.steps`, with the two values.
 
     The value is None where the key is absent.
     """
@@ -53,14 +53,14 @@ class Change:
 
 @dataclass(frozen=True)
 class Overlap:
-    """The numbers of points or trials in the second only, in both, in the first."""
+    """The numbers of points or trials added, in common, and dropped."""
 
     added: int
     common: int
     dropped: int
 
     def as_dict(self) -> dict[str, int]:
-        """Return the numbers by their keys in JSON."""
+        """Return the numbers by the keys in JSON."""
         return {"added": self.added, "kept": self.common, "dropped": self.dropped}
 
 
@@ -68,7 +68,7 @@ class Overlap:
 class SpecDifference:
     """The changes from `first` to `second`.
 
-    `stored` is the number of trials of the second that are stored already.
+    `stored` is the number of stored trials of `second`.
     """
 
     first: str
@@ -94,8 +94,7 @@ class SpecDifference:
                 f" {overlap.dropped:,} dropped"
             )
         lines.append(
-            f"stored     {self.stored:,} of the trials it would have,"
-            f" {self.to_run:,} to run"
+            f"stored     {self.stored:,} of the planned trials, {self.to_run:,} to run"
         )
         for change in self.changes:
             values = f"{_brief(change.before)} -> {_brief(change.after)}"
@@ -115,7 +114,7 @@ def compare(
     second : Study
         The spec that would be launched.
     results : Location
-        The folder that it would be launched into.
+        The folder of the results of the launch.
 
     Returns
     -------
@@ -160,8 +159,8 @@ def _version(
     if study.strategy_section and not study.has_design:
         section, _ = study.strategy_section
         message = (
-            f'"{section.key.name}" asks for its trials as it goes:'
-            " what it would add is not known before"
+            f'"{section.key.name}" chooses trials during the run:'
+            " the changes are not known in advance"
         )
         raise study.document.error(section.place, message)
     design = expand(study)
@@ -229,20 +228,20 @@ def _changes(before: Any, after: Any, key: str = "") -> Iterator[Change]:
 
 def _notes(before: SpecVersion, after: SpecVersion) -> Iterator[str]:
     if before.code is None or after.code is None:
-        changes = ["a version before 0.7 computed them"]
+        changes = ["a version before 0.7 computed the trials"]
     else:
         changes = before.code.changes(after.code)
     if changes:
         listed = ", ".join(changes)
-        yield f"the code has changed ({listed}): trials that it computes are other ones"
+        yield f"the code has changed ({listed}): trials by the new code are new trials"
     names = list(_names(before, after))
     if names:
         listed = ", ".join(names)
-        yield f"own code has other names ({listed}): trials with these are other ones"
+        yield f"custom code has new names ({listed}): trials with new names are new"
     if before.name != after.name:
         yield (
-            f"these are two studies: {after.name} has a folder of its own and takes no"
-            f" trial from {before.name}"
+            f"the studies have different names: {after.name} has a separate folder and"
+            f" uses no trial of {before.name}"
         )
     for side in (before, after):
         if side.counted:
@@ -255,16 +254,16 @@ def _notes(before: SpecVersion, after: SpecVersion) -> Iterator[str]:
         and _among(after.trials, before.trials) < len(after.trials)
     ):
         yield (
-            "the specs are the same: a table or an image has changed, this version"
-            " reads it otherwise, or the first was not run to its end"
+            "the specs are equal: a table or an image has changed, this version reads"
+            " the file differently, or the first run was interrupted"
         )
 
 
 def _names(before: SpecVersion, after: SpecVersion) -> Iterator[str]:
     """Yield the entries of custom code that only one version has, in words.
 
-    Entries that a spec names are left out, since its changed keys show them. An entry
-    that differs only in its name is `model vortex -> swirl`.
+    Entries that a spec names are left out, because the changed keys show such entries.
+    An entry that differs only in the name is `model vortex -> swirl`.
     """
     if before.code is None or after.code is None:
         return
@@ -284,9 +283,9 @@ def _names(before: SpecVersion, after: SpecVersion) -> Iterator[str]:
 
 
 def _own_names(kind: str, version: SpecVersion, other: SpecVersion) -> dict[str, str]:
-    """Return the code hashes of the entries of a kind that only one version has.
+    """Return the code hashes of the entries of a kind that only `version` has.
 
-    Built-in entries, and entries that its spec names, are left out.
+    Built-in entries, and entries that the spec names, are left out.
     """
     known = {*_stamps(kind, other), *_texts(version.spec), *getattr(BUILT_IN, kind)}
     own = _stamps(kind, version)
@@ -294,7 +293,7 @@ def _own_names(kind: str, version: SpecVersion, other: SpecVersion) -> dict[str,
 
 
 def _stamps(kind: str, version: SpecVersion) -> dict[str, str]:
-    # Stamps of models are those of a name with a preset.
+    # The key of a model is the name with the preset.
     stamps = getattr(version.code, kind).items()
     return {key.partition(" ")[0]: stamp for key, stamp in stamps}
 

@@ -16,22 +16,22 @@ def stored_job(
 ) -> Job:
     """Return the job that runs a stored trial again.
 
-    Its point is that of the parameters in the row.
+    The point of the job has the parameters in the row.
 
     Parameters
     ----------
     study : str
         The study, for errors.
     known : Catalogue
-        The models, metrics, maps and more that names stand for.
+        The models, metrics, maps and more by name.
     maps : mapping
-        The maps that the plan of the study brings, by name.
+        The maps in the plan of the study, by name.
     stored : StoredTrial
 
     Raises
     ------
     StoreError
-        As `stored_point`.
+        If `stored_point` raises this error.
     """
     return stored_point(study, known, maps, stored, record=stored.record)[1]
 
@@ -52,9 +52,9 @@ def stored_point(
     study : str
         The study of the trial, for errors.
     known : Catalogue
-        The models, metrics, maps and more that names stand for.
+        The models, metrics, maps and more by name.
     maps : mapping
-        The maps that the plan of the study brings, by name.
+        The maps in the plan of the study, by name.
     stored : StoredTrial
     record : mapping
         The section `record` of the spec.
@@ -66,8 +66,8 @@ def stored_point(
     Raises
     ------
     StoreError
-        If no launch can have written the row, see `accepted`, and if the spec as last
-        launched has no map of that name, or another one.
+        If no launch can have written the row, see `accepted`, and if the last launched
+        spec lacks the map, or has a different map of that name.
     """
     row = stored.row
     name = str(row.get("map"))
@@ -101,10 +101,10 @@ def stored_point(
 
 
 def _linked(study: str, row: Mapping[str, Any]) -> tuple[str, str]:
-    """Return the direction of a link, and the trial at whose end it begins.
+    """Return the direction of a link, and the trial at whose end the link begins.
 
-    Both are "" for a trial that is no link. Raises StoreError for values that no launch
-    writes.
+    For a trial that is no link, the direction and the trial are "". Raises StoreError
+    for values that no launch writes.
     """
     direction = row.get(DIRECTION) or ""
     parent = row.get(PARENT) or ""
@@ -113,12 +113,12 @@ def _linked(study: str, row: Mapping[str, Any]) -> tuple[str, str]:
     ):
         words = f"is a link in the direction {direction!r}, from trial {parent!r}"
         raise StoreError(
-            f"trial {row['trial_id']} {words}: no launch writes that", study
+            f"trial {row['trial_id']} {words}: no launch writes such a row", study
         )
     return direction, parent
 
 
 def _without_map(study: str, name: object) -> StoreError:
     return StoreError(
-        f"the spec as last launched does not have the map {name} of this trial", study
+        f"the last launched spec does not have the map {name} of this trial", study
     )

@@ -14,19 +14,19 @@ from sweep.spec import DIRECTION, PARENT
 
 
 def check_links(plan: pa.Table, provenance: Mapping[str, Any]) -> None:
-    """Raise ValueError unless each link begins at the link before it in its chain.
+    """Raise ValueError unless each link begins at the previous link of the chain.
 
     Wrong beginnings are the link itself, a circle, a trial that does not exist, and a
-    trial of other parameters. The provenance of the plan must have been checked.
+    trial with different parameters. The provenance of the plan must have been checked.
     """
     if "continued" in provenance:
         _check(plan, provenance)
     elif PARENT in plan.column_names:
-        raise ValueError("it has links of chains, and no axis that is continued")
+        raise ValueError("the plan has links of chains, but no continued axis")
 
 
 def check_stored_link(study: str, row: Mapping[str, Any], plan: pa.Table) -> None:
-    """Raise StoreError if a stored trial begins elsewhere than its plan has it.
+    """Raise StoreError if the beginning of a stored trial differs from the plan.
 
     Trials that the plan does not have pass.
 
@@ -47,8 +47,8 @@ def check_stored_link(study: str, row: Mapping[str, Any], plan: pa.Table) -> Non
     stored = row.get(PARENT)
     if stored != planned:
         raise StoreError(
-            f"trial {row['trial_id']} is stored as one that begins {_where(stored)},"
-            f" and the plan has it begin {_where(planned)}",
+            f"trial {row['trial_id']} begins {_where(stored)} in the table of trials,"
+            f" but {_where(planned)} in the plan",
             study,
         )
 
@@ -56,9 +56,9 @@ def check_stored_link(study: str, row: Mapping[str, Any], plan: pa.Table) -> Non
 def _check(plan: pa.Table, provenance: Mapping[str, Any]) -> None:
     trials = _texts(plan, "trial_id")
     if len(pc.unique(trials)) < len(trials):
-        raise ValueError("a trial stands twice")
+        raise ValueError("a trial is listed twice")
     if PARENT not in plan.column_names:
-        raise ValueError("its links do not say where they begin")
+        raise ValueError("the links have no column with the beginnings")
     parents = _texts(plan, PARENT)
     expected = _before(plan, provenance)
     # Trials that do not exist have an index past the last one.
@@ -68,21 +68,21 @@ def _check(plan: pa.Table, provenance: Mapping[str, Any]) -> None:
     if len(wrong):
         place = int(wrong[0])
         parent = parents[place].as_py()
-        unknown = "" if planned[place] < len(trials) else ", which it does not have"
+        unknown = "" if planned[place] < len(trials) else ", which is not in the plan"
         before = int(expected[place])
         right = None if before == FIRST else trials[before].as_py()
         raise ValueError(
-            f"trial {trials[place]} begins {_where(parent)}{unknown}; by its settings"
-            f" it begins {_where(right)}"
+            f"trial {trials[place]} begins {_where(parent)}{unknown}, but its"
+            f" parameters require a beginning {_where(right)}"
         )
 
 
 def _where(parent: object) -> str:
-    return "as its settings say" if parent is None else f"where trial {parent} ended"
+    return "with a new flock" if parent is None else f"where trial {parent} ended"
 
 
 def _before(plan: pa.Table, provenance: Mapping[str, Any]) -> NDArray[np.int64]:
-    """Return the row of the link before each link, by the parameters of both."""
+    """Return the row of the link before each link, by the parameters of the links."""
     rule = provenance["continued"]
     columns = [
         name
@@ -103,11 +103,11 @@ def _before(plan: pa.Table, provenance: Mapping[str, Any]) -> NDArray[np.int64]:
 def _turns(plan: pa.Table, directions: NDArray[np.object_]) -> NDArray[np.int64]:
     """Return the index of the direction of each link."""
     if DIRECTION not in plan.column_names:
-        raise ValueError("its links have no direction")
+        raise ValueError("the links have no direction")
     ways = pa.array(directions, pa.string())
     indices = pc.index_in(_texts(plan, DIRECTION), value_set=ways)
     if indices.null_count:
-        raise ValueError("a link has another direction than its chain")
+        raise ValueError("the direction of a link differs from its chain")
     turns: NDArray[np.int64] = indices.to_numpy().astype(np.int64)
     return turns
 
@@ -124,6 +124,6 @@ def _numbers(plan: pa.Table, name: str) -> NDArray[np.float64]:
     if column.null_count or not (
         pa.types.is_floating(column.type) or pa.types.is_integer(column.type)
     ):
-        raise ValueError(f'column "{name}" has values that are no numbers')
+        raise ValueError(f'column "{name}" has values that are not numbers')
     numbers: NDArray[np.float64] = column.to_numpy().astype(np.float64)
     return numbers

@@ -1,7 +1,7 @@
-"""Check that a spec could have led to a stored plan, which may be untrusted.
+"""Check that a spec can be the origin of a stored plan, which may be untrusted.
 
-The shape of its provenance is checked in `sweep/store/origin.py`, as it is read. The
-names, and the numbers that must agree, are checked here.
+`sweep/store/origin.py` checks the shape of the provenance during reading. This module
+checks the names, and the numbers that must agree.
 """
 
 from collections.abc import Collection
@@ -38,7 +38,7 @@ def check_plan(
     provenance : dict
         The provenance of the plan.
     named : Catalogue
-        The models, metrics, maps and more that its names stand for.
+        The models, metrics, maps and more by name.
     """
     try:
         _check(provenance, named)
@@ -52,10 +52,10 @@ def check_plan(
 def _check(provenance: dict[str, Any], named: Catalogue) -> None:
     known = _settings(provenance, named)
     chained = {DIRECTION} if "continued" in provenance else set[str]()
-    check_names("setting", provenance["varied"], known | chained)
+    check_names("parameter", provenance["varied"], known | chained)
     check_names("metric", provenance["record"], set(provenance["record"]) - known)
     if not provenance["record"]:
-        raise ValueError("it records nothing")
+        raise ValueError("it records no metric")
     ablated = provenance.get("ablated", {})
     axes = provenance.get("axes", {})
     if "details" in provenance:
@@ -65,13 +65,13 @@ def _check(provenance: dict[str, Any], named: Catalogue) -> None:
         if "details" not in provenance and preset not in presets:
             raise ValueError(f'there is no preset "{preset}"')
         if not groups or not all(groups):
-            raise ValueError(f'"{preset}" ablates nothing')
+            raise ValueError(f'"{preset}" ablates no parameter')
         names = [name for group in groups for name in group]
-        check_names("setting", names, provenance["varied"])
+        check_names("parameter", names, provenance["varied"])
     for name, axis in axes.items():
-        check_names("setting", axis["fields"], known)
+        check_names("parameter", axis["fields"], known)
         if not axis["fields"]:
-            raise ValueError(f'axis "{name}" has no settings')
+            raise ValueError(f'axis "{name}" has no parameters')
         if axis["sampler"] in in_blocks():
             _check_blocks(name, axis)
     if "continued" in provenance:
@@ -98,21 +98,23 @@ def _settings(provenance: dict[str, Any], named: Catalogue) -> set[str]:
 def _check_details(
     names: list[str], ablated: dict[str, Any], axes: Collection[str]
 ) -> None:
-    """Raise ValueError unless named details are those of exactly one axis."""
+    """Raise ValueError unless named components belong to exactly one axis."""
     if len(ablated) != 1:
-        raise ValueError("one axis has details with names")
+        raise ValueError("named components need exactly one ablated axis")
     ((axis, groups),) = ablated.items()
     check_names("axis", [axis], axes)
     if len(names) != len(groups):
-        raise ValueError(f"{len(groups)} details have {len(names)} names")
+        raise ValueError(f"{len(groups)} components have {len(names)} names")
     check_names("detail", names, names)
     for name in names:
         if why := why_no_detail(name):
-            raise ValueError(f'no detail is called "{shortened(name)}": {why}')
+            raise ValueError(
+                f'no component can have the name "{shortened(name)}": {why}'
+            )
 
 
 def _check_blocks(name: str, axis: dict[str, Any]) -> None:
-    """Raise ValueError unless an axis has the blocks that its sampler makes.
+    """Raise ValueError unless an axis has the blocks that the sampler makes.
 
     `rows` of the axis has the row of the sample for each point.
     """
@@ -134,7 +136,7 @@ def _check_blocks(name: str, axis: dict[str, Any]) -> None:
 
 
 def _check_continued(rule: dict[str, Any], axes: Collection[str]) -> None:
-    """Raise ValueError unless one axis is continued, in directions of a spec."""
+    """Raise ValueError unless an axis is continued, in directions of a spec."""
     check_names("axis", [rule["axis"]], axes)
     if tuple(rule["directions"]) not in WAYS.values():
-        raise ValueError(f"chains have no directions {rule['directions']}")
+        raise ValueError(f"chains cannot have the directions {rule['directions']}")

@@ -1,6 +1,7 @@
 """A stored trial, read as a spec.
 
-Its row may be untrusted. So it passes the checks of a spec before any kernel runs it.
+The row of the trial may be untrusted. So the row is checked like a spec before a kernel
+runs.
 """
 
 from collections.abc import Mapping
@@ -35,14 +36,14 @@ LATER = (
     *("start_distance", "obstacle_speed", "next_goals", "goals_repeat"),
     *Medium._fields,
 )
-"""Parameters that trials before 0.17 lack; they have the values of the preset."""
+"""Parameters that trials before 0.17 lack; the values are from the preset."""
 
 
 def command_of(spec: str) -> str:
-    """Return the command that runs a stored spec and prints what is reported of it."""
+    """Return the command that runs a stored spec and prints the report."""
     try:
         root = parse_document(spec, Path("stored spec"))
-    except SpecError:  # a store may come from anyone
+    except SpecError:  # a store may be untrusted
         return "launch"
     if not isinstance(root.value, dict):
         return "launch"
@@ -61,7 +62,7 @@ def check_recorded(
     study : str
         The study of the trial, for errors.
     known : Catalogue
-        The models, metrics, maps and more that names stand for.
+        The models, metrics, maps and more by name.
     stored : StoredTrial
     record : mapping
         The section `record` of a spec.
@@ -76,7 +77,7 @@ def check_recorded(
 
 @dataclass(frozen=True)
 class _Row(Document):
-    """A row instead of a YAML document; it has no lines that an error could name."""
+    """A row instead of a YAML document, without lines for errors."""
 
     def error_in_line(self, _line: int, message: str, _place: Place = ()) -> SpecError:
         return SpecError(message)
@@ -91,17 +92,17 @@ def accepted(
 ) -> tuple[Study, dict[str, Value]]:
     """Return a study of one point that launches a stored trial, and its parameters.
 
-    Values are bitwise identical to those of the row.
+    Values are bitwise identical to the row.
 
     Parameters
     ----------
     study : str
         The study of the trial, for errors.
     known : Catalogue
-        The models, metrics, maps and more that names stand for.
+        The models, metrics, maps and more by name.
     stored : StoredTrial
     maps : mapping
-        The maps that the plan of the study brings, by name.
+        The maps in the plan of the study, by name.
     record : mapping
         The section `record` of the spec.
 
@@ -113,14 +114,14 @@ def accepted(
     Raises
     ------
     StoreError
-        If no launch can have written the row. The error has the trial, the column, its
+        If no launch can have written the row. The error has the trial, the column, the
         value and the allowed values.
     """
     try:
         return _accepted(known, stored, maps, record)
     except SpecError as error:
         trial = stored.row["trial_id"]
-        message = "cannot be run again, as no launch accepts what is stored of it"
+        message = "cannot be run again, because no launch accepts the stored row"
         raise StoreError(f"trial {trial} {message}: {error}", study) from None
 
 

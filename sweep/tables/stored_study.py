@@ -1,4 +1,4 @@
-"""A stored study, as its tables: `sweep.load("nguyen2024/separation").trials`."""
+"""A stored study as tables: `sweep.load("nguyen2024/separation").trials`."""
 
 import copy
 from collections import Counter
@@ -76,16 +76,16 @@ POINT_COLUMNS = (
     *("point", "model", "preset", "replicate", "seed", "seed_listed"),
     *("status", "error"),
 )
-"""Columns of trials, in addition to their ids, for means of points."""
+"""Columns of trials, in addition to ids, for means of points."""
 OF_POINTS = ("points", "tried", "chooser", "whole")
-"""What a study keeps that depends on the ids of its points, besides `trials`."""
+"""Cached properties, besides `trials`, that depend on the ids of points."""
 CONFIDENCES = ("confidence", "nominal_confidence")
 SHOWN_IDS = 3
-"""Maximum number of ids with the same beginning in an error."""
+"""Maximum number of ids with a common beginning in an error."""
 
 
 class NarrowTrials(NamedTuple):
-    """Some columns of trials: the location of their rows, a table, and a DataFrame."""
+    """Some columns of trials: the location of the rows, a table, and a DataFrame."""
 
     placed: PlacedTrials
     table: pa.Table
@@ -93,14 +93,14 @@ class NarrowTrials(NamedTuple):
 
 
 class Split(NamedTuple):
-    """The column that divides points into parts, and a sentence for values of it."""
+    """The column that divides points into parts, and a sentence for some values."""
 
     column: str
     notes: Mapping[str, str]
 
 
 class Conversion(NamedTuple):
-    """A function that converts each table, and metrics that it leaves out with why."""
+    """A function that converts each table, and the omitted metrics with the reasons."""
 
     table: Callable[[pa.Table], pa.Table]
     left_out: Mapping[str, str]
@@ -109,7 +109,7 @@ class Conversion(NamedTuple):
 class StoredStudy(Results):
     """The stored results of the spec of a study as last launched.
 
-    Each table is read on first access. Custom code that computed it is not needed.
+    Each table is read on first access, without custom code that computed the table.
 
     Parameters
     ----------
@@ -143,8 +143,8 @@ class StoredStudy(Results):
     ) -> None:
         if not isinstance(name, str) or not STUDY_NAME.fullmatch(name):
             raise ChoiceError(
-                f"study {_quoted(name)} is not allowed:"
-                ' a name of folders below the results, joined by "/"'
+                f"study {_quoted(name)} is not allowed;"
+                ' allowed: names of folders below the results, joined by "/"'
             )
         self.name = name
         self.trust = trust
@@ -167,24 +167,24 @@ class StoredStudy(Results):
         Parameters
         ----------
         *texts : str
-            Conditions such as `"separation_weight >= 1"`, or parameters as a command
-            takes them, such as `"n=50,map=empty"`.
+            Conditions such as `"separation_weight >= 1"`, or parameters in the form of
+            a command, such as `"n=50,map=empty"`.
         **settings
-            Parameter values; a list means any of its values. Numbers are equal if they
-            agree in nine digits. `detail` selects a change that an axis ablates, as in
+            Parameter values; a list means any value of the list. Numbers are equal if
+            nine digits agree. `detail` selects a component of an ablation study, as in
             `sweep table`.
 
         Returns
         -------
         StoredStudy
-            The study, as if its spec had only these points. Analyses and figures accept
-            it as any study, and `where` restricts it further.
+            The study, as if the spec had only these points. Analyses and figures accept
+            the result like any study, and `where` can restrict the result further.
 
         Raises
         ------
         ChoiceError
             If a parameter is unknown, a value or condition fits no point, or no point
-            has all of them. All mistakes are reported together.
+            satisfies all requirements. All mistakes are reported together.
 
         Examples
         --------
@@ -209,22 +209,22 @@ class StoredStudy(Results):
     def divided(
         self, column: str, labels: "pd.Series[str]", notes: Mapping[str, str]
     ) -> Self:
-        """Divide points by a label of their trials, over which nothing is averaged.
+        """Divide points by a label of trials, over which nothing is averaged.
 
         Parameters
         ----------
         column : str
             The new parameter that has the labels.
         labels : Series of str
-            The label of each trial by its id, "" for other trials.
+            The label of each trial by id, "" for trials without a label.
         notes : mapping of str to str
-            A sentence for each label, for tables and figures that show it.
+            A sentence for each label, for tables and figures that show the label.
 
         Returns
         -------
         StoredStudy
-            The study, in which a point with several labels is as many points. Their ids
-            are `label:point`.
+            The study, in which a point with several labels becomes several points with
+            ids `label:point`.
         """
         part = copy.copy(self)
         for name in OF_POINTS:
@@ -238,14 +238,14 @@ class StoredStudy(Results):
         place = self.plan.column_names.index("point")
         plan = self.plan.set_column(place, "point", points)
         part.plan = plan.append_column(column, pa.array(label, pa.string()))
-        if "trials" in vars(self):  # they may be of few columns, see `narrow`
+        if "trials" in vars(self):  # the table may have few columns, see `narrow`
             part.trials = part._with_labels(self.trials)
         return part
 
     def converted(
         self, table: Callable[[pa.Table], pa.Table], left_out: Mapping[str, str]
     ) -> Self:
-        """Return the study with another form of each table, as another study has it.
+        """Return the study with tables converted to the form of another study.
 
         Parameters
         ----------
@@ -260,7 +260,7 @@ class StoredStudy(Results):
         return part
 
     def _without_tables(self) -> Self:
-        """Return a copy that has read no table, since it has other rows or columns."""
+        """Return a copy that has read no table, for new rows or columns."""
         part = copy.copy(self)
         for name in vars(self):
             if isinstance(getattr(type(self), name, None), cached_property):
@@ -281,7 +281,7 @@ class StoredStudy(Results):
     def _chosen_points(
         self, texts: Iterable[str], settings: Mapping[str, object]
     ) -> tuple[NDArray[np.bool_], Restriction]:
-        """Return whether each point satisfies all requirements, and these."""
+        """Return a mask of the points that satisfy all requirements, and these."""
         refusals = Refusals()
         chooser = self.chooser
         restriction = Restriction(as_choices(settings), ())
@@ -299,7 +299,8 @@ class StoredStudy(Results):
             choices = restriction.settings.items()
             listed = [f"{name} = {spelled(choice)}" for name, choice in choices]
             raise ChoiceError(
-                f"no point has all of: {', '.join([*listed, *restriction.conditions])}",
+                "no point satisfies all of:"
+                f" {', '.join([*listed, *restriction.conditions])}",
                 self.name,
             )
         return selected, restriction
@@ -318,15 +319,16 @@ class StoredStudy(Results):
         return self.store.read_asked() if self.whole is self else self.whole.asked
 
     def narrow(self, metrics: Sequence[str]) -> Self:
-        """Return the same study with few columns of trials.
+        """Return the study with few columns of trials.
 
-        `trials` has `POINT_COLUMNS`, the parameters that differ and these metrics. Of a
-        million trials they are read in a second, and further metrics in a tenth of it.
+        `trials` has `POINT_COLUMNS`, the parameters that differ and these metrics. For
+        a million trials the first reading takes a second, and a reading of further
+        metrics a tenth of a second.
         """
         chosen = [name for name in metrics if name in self.metrics]
         try:
             narrow = self._with_metrics(chosen)
-        except StoreError:  # parts may have been merged since
+        except StoreError:  # parts may have been merged in the meantime
             vars(self).pop("_settled", None)
             narrow = self._with_metrics(chosen)
         part = copy.copy(self)
@@ -340,7 +342,7 @@ class StoredStudy(Results):
 
     @cached_property
     def _settled(self) -> NarrowTrials:
-        """The columns of trials that all narrow studies have, in the spec's order."""
+        """The columns of trials of all narrow studies, in the order of the spec."""
         placed = self.store.placed(self.plan["trial_id"])
         stored = self._stored_settings
         table = self.store.columns(placed, [*POINT_COLUMNS, *stored])
@@ -349,7 +351,7 @@ class StoredStudy(Results):
         return NarrowTrials(placed, table, table.to_pandas())
 
     def _with_metrics(self, metrics: Sequence[str]) -> NarrowTrials:
-        """Return these columns and metrics.
+        """Return the columns of narrow studies, and these metrics.
 
         Strings, which take most of the time, are converted only once.
         """
@@ -367,11 +369,11 @@ class StoredStudy(Results):
 
     @cached_property
     def points(self) -> pd.DataFrame:
-        """One row per point, by its id.
+        """One row per point, by the id.
 
-        Columns: the labels of its split, every parameter that differs between the
-        points of the spec, and `detail` if an axis ablates a preset, or
-        `detail_<preset>` for each of several ablated presets.
+        The columns are the labels of the split, and every parameter that differs
+        between the points of the spec. If an axis ablates a preset, there is a column
+        `detail`, or `detail_<preset>` for each of several ablated presets.
         """
         varied = [*([self.split.column] if self.split else []), *self.about.varied]
         numbers = self.plan["point"].combine_chunks().dictionary_encode().indices
@@ -386,8 +388,8 @@ class StoredStudy(Results):
     def headings(self) -> list[str]:
         """The columns that distinguish points in tables and figures.
 
-        They are the parameters that differ; `detail` replaces those that an axis
-        ablates.
+        The columns are the parameters that differ; `detail` replaces the parameters
+        that an axis ablates.
         """
         ablated = self.about.ablated
         switched = {
@@ -413,21 +415,23 @@ class StoredStudy(Results):
         return Chooser(columns, len(points), self.name, columns_of(self.metrics))
 
     def details(self, preset: str) -> "pd.Series[str]":
-        """Return the details that an axis that ablates has changed in each trial.
+        """Return the components that an ablation has changed in each trial.
 
         Parameters
         ----------
         preset : str
-            The ablated preset, or the name of the axis if the spec names the details.
+            The ablated preset, or the name of the axis if the spec names the
+            components.
 
         Returns
         -------
         Series of str
-            By trial_id, in the order of `trials`: "" if no parameter of the axis
-            differs from the preset of the study; the name of the parameter if one
-            detail differs ("map" if the world does); "all" if all do; "all but drag" if
-            one of three or more does not; else the names of all that differ, joined by
-            " + ". If the spec names the details, these names are used.
+            By trial_id, in the order of `trials`. The value is "" if no parameter of
+            the axis differs from the preset of the study. If one component differs, the
+            value is the name of the parameter ("map" for the world). The value is "all"
+            if all components differ, and "all but drag" if one of three or more does
+            not. Else the value has all names, joined by " + ". Names of components in
+            the spec are used instead of parameters.
 
         Raises
         ------
@@ -446,11 +450,11 @@ class StoredStudy(Results):
         )
 
     def detail(self, preset: str) -> str:
-        """Return the column of `points` that has the details of a preset."""
+        """Return the column of `points` that has the components of a preset."""
         return DETAIL if len(self.about.ablated) == 1 else f"{DETAIL}_{preset}"
 
     def _details(self, preset: str, points: pd.DataFrame) -> list[str]:
-        """Return the changed details of each of `points`, as `details` has them."""
+        """Return the changed components of each of `points`, see `details`."""
         origin = self.provenance
         before = fitted_preset(origin["model"], origin["preset"], self.known)
         groups = self.about.ablated[preset]
@@ -464,13 +468,13 @@ class StoredStudy(Results):
         return [label(row.tolist(), names) for row in changed]
 
     def detail_names(self, preset: str) -> list[str]:
-        """Return the names of the details of a preset or of an axis with own names."""
+        """Return the names of the components of a preset, or of an axis with names."""
         groups = self.about.ablated[preset]
         return self.about.details or [names[0] for names in groups]
 
     @cached_property
     def known(self) -> Catalogue:
-        """The models, metrics, maps and starts that its names stand for.
+        """The models, metrics, maps and starts of the study, by name.
 
         Custom code is not loaded.
         """
@@ -479,15 +483,15 @@ class StoredStudy(Results):
     def running(self, origin: Mapping[str, Any]) -> Catalogue:
         """Return the catalogue of names for trials of an origin that run again.
 
-        It has the custom code that computed them. Raises CodeError if that code may not
-        run.
+        The catalogue has the custom code that computed the trials. Raises CodeError if
+        the code is not allowed to run.
         """
         return known_with_code(self.store, origin, self.trust)
 
     def other_now(self, stored: StoredTrial) -> list[Path]:
         """Return the files of custom code that changed since a stored trial.
 
-        They are next to the spec. The trial runs again with its original code.
+        The files are next to the spec. The trial runs again with the original code.
         """
         return other_now(self.store, stored.provenance)
 
@@ -495,7 +499,7 @@ class StoredStudy(Results):
     def own_code(self) -> dict[str, Mapping[str, str]]:
         """The text of each file of custom code, by the sha256 of the files together.
 
-        Files of the spec come first, then files that computed other stored trials.
+        Files of the spec come first, then files that computed further stored trials.
         """
         stored = origins(self.store, [*self.store.trial_ids()])
         return {
@@ -506,7 +510,7 @@ class StoredStudy(Results):
 
     @property
     def settings(self) -> dict[str, Setting]:
-        """The parameters that a study of its model may name."""
+        """The parameters that a study of the model may name."""
         # Up to 0.1 a plan does not name the model.
         model = self.provenance.get("model") or str(self.trials["model"].iloc[0])
         return settings_of(model, self.known).of_study(())
@@ -518,7 +522,7 @@ class StoredStudy(Results):
 
     @cached_property
     def maps(self) -> dict[str, OwnMap]:
-        """The maps that the spec brings, by name.
+        """The maps in the spec, by name.
 
         Raises StoreError if a stored map is not valid.
         """
@@ -531,7 +535,7 @@ class StoredStudy(Results):
 
     @property
     def varied(self) -> list[str]:
-        """The parameters that differ between points, after the labels of its split."""
+        """The labels of the split, and the parameters that differ between points."""
         varied = self.about.varied
         if self.restricted:
             differ = self.points[varied].nunique() > 1
@@ -542,7 +546,7 @@ class StoredStudy(Results):
 
     @property
     def _stored_settings(self) -> list[str]:
-        """The parameters that differ between points, of which trials have columns."""
+        """The parameters that differ between points and are columns of trials."""
         return [name for name in self.varied if name in self.about.varied]
 
     def undivided(self, point: str) -> str:
@@ -551,9 +555,9 @@ class StoredStudy(Results):
 
     @property
     def kept_apart(self) -> list[str]:
-        """The columns over which nothing is averaged, nor shown as one.
+        """The columns whose values are never averaged or shown as one.
 
-        They are that of its split, and the direction of chains, if the study has any.
+        The columns are the labels of the split and the direction of chains, if present.
         """
         split = [self.split.column] if self.split else []
         return [*split, *([DIRECTION] if DIRECTION in self.varied else [])]
@@ -568,18 +572,18 @@ class StoredStudy(Results):
 
     @property
     def left_out(self) -> Mapping[str, str]:
-        """The metrics that its conversion leaves out, each with the reason."""
+        """The metrics that the conversion leaves out, each with the reason."""
         return self.conversion.left_out if self.conversion else {}
 
     @property
     def metrics(self) -> list[str]:
-        """The recorded metrics, without those that are left out."""
+        """The recorded metrics, without the omitted metrics."""
         left_out = self.left_out
         return [name for name in self.about.record if name not in left_out]
 
     @property
     def known_metrics(self) -> Mapping[str, Metric]:
-        """The metrics that this version, or its custom code, defines, by name."""
+        """The metrics that this version or the custom code defines, by name."""
         return self.known.metrics
 
     @property
@@ -596,24 +600,24 @@ class StoredStudy(Results):
 
     @property
     def about(self) -> PlanAbout:
-        """The properties of the study that its plan records besides trials."""
+        """The properties of the study that the plan records besides trials."""
         return PlanAbout.read(self.provenance)
 
     @property
     def code(self) -> Code | None:
-        """The hashes of the code of its last launch; None for one before 0.7."""
+        """The hashes of the code of the last launch; None before version 0.7."""
         return stamps(self.provenance)
 
     @property
     def axes(self) -> dict[str, AxisAbout]:
-        """The axes by name; the labels of its split are listed values of an axis.
+        """The axes by name; the labels of the split are listed values of an axis.
 
-        Raises StoreError for a plan before 0.2, which does not record them.
+        Raises StoreError for a plan before version 0.2, which does not record axes.
         """
         axes = self.about.axes
         if axes is None:
             raise StoreError(
-                "its plan does not say what its axes sample; launch it once more",
+                "the plan does not contain the axes; launch the study again",
                 self.name,
             )
         if self.split:
@@ -622,9 +626,9 @@ class StoredStudy(Results):
 
     @property
     def looks(self) -> Looks | None:
-        """The metrics that decided how many trials a point has.
+        """The metrics that decided the number of trials of a point.
 
-        None if that number is fixed.
+        None if the number is fixed.
         """
         for key, record in self.about.sections.items():
             if metrics := sections()[key].looks_at(record):
@@ -635,8 +639,9 @@ class StoredStudy(Results):
     def trials(self) -> pd.DataFrame:
         """One row per stored trial of the spec, in the order of the plan.
 
-        It has every parameter and every metric. Before the first trial is stored it has
-        the columns of the plan, `status`, `error` and the metrics.
+        The columns are every parameter and every metric. Before the first trial is
+        stored, the columns are the columns of the plan, `status`, `error` and the
+        metrics.
         """
         table = self._table("trials", (*self._stored_settings, *self.metrics))
         if not table.num_rows:
@@ -677,18 +682,19 @@ class StoredStudy(Results):
     def trajectories(self) -> pd.DataFrame:
         """One row per recorded frame of a trial.
 
-        Columns: `trial_id`, `frame`, and the arrays `x`, `y`, `vx` and `vy`, (N,). Rows
-        of the state of a model are arrays under their names, and kinds are `kind`.
+        Columns: `trial_id`, `frame`, and the arrays `x`, `y`, `vx` and `vy`, (N,). Each
+        row of the state of a model is an array by name, and `kind` has the types of
+        boids.
         """
         return self._in_order(self._table("trajectories"))
 
     def trajectory(self, trial: str) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Return the recorded frames of a trial, and its boids in them.
+        """Return the recorded frames of a trial, and the boids in the frames.
 
         Parameters
         ----------
         trial : str
-            The id of a trial, or its beginning.
+            The id of a trial, or the beginning of the id.
 
         Returns
         -------
@@ -700,7 +706,7 @@ class StoredStudy(Results):
         Raises
         ------
         ChoiceError
-            As `trial_id`, and if no trajectory of the trial is stored.
+            If `trial_id` raises it, or no trajectory of the trial is stored.
 
         Examples
         --------
@@ -712,7 +718,7 @@ class StoredStudy(Results):
                 return self.trajectory(full_id)
             raise ChoiceError(
                 f"no trajectory of trial {trial} is stored; record:"
-                " {trajectories: true} does that",
+                " {trajectories: true} in the spec stores trajectories",
                 self.name,
             )
         frame = table.to_pandas()
@@ -720,9 +726,9 @@ class StoredStudy(Results):
         return frame["frame"].to_numpy(), np.stack(bodies, axis=1)
 
     def trial(self, trial: str) -> StoredTrial:
-        """Return a stored trial with its rows of all tables.
+        """Return a stored trial with the rows of all tables.
 
-        `trial` is its id or the beginning of it. Raises ChoiceError as `trial_id`.
+        `trial` is the id or the beginning of the id. Raises ChoiceError as `trial_id`.
         """
         trials = stored_trials(self.store, [trial])
         if not trials:
@@ -730,9 +736,9 @@ class StoredStudy(Results):
         return trials[0]
 
     def trial_id(self, beginning: str) -> str:
-        """Return the id of the one stored trial whose id begins so, such as `05d7`.
+        """Return the id of the single stored trial with a beginning such as `05d7`.
 
-        Raises ChoiceError if there is none or several.
+        Raises ChoiceError if no stored trial or several have this beginning.
         """
         stored = self.store.trial_ids()
         if beginning in stored:
@@ -744,7 +750,7 @@ class StoredStudy(Results):
             shown = ", ".join(sorted(ids)[:SHOWN_IDS])
             raise ChoiceError(
                 f'the ids of {len(ids):,} trials begin with "{beginning}": {shown}'
-                f"{', ...' if len(ids) > SHOWN_IDS else ''}; write more of it",
+                f"{', ...' if len(ids) > SHOWN_IDS else ''}; give more digits",
                 self.name,
             )
         return ids[0]
@@ -752,10 +758,10 @@ class StoredStudy(Results):
     def job(self, stored: StoredTrial) -> "Job":
         """Return the job that runs a stored trial again.
 
-        Raises StoreError if no launch can have written its row, or if the plan has
-        another map of that name. Raises CodeError if its code may not run.
+        Raises StoreError if no launch can have written the row, or if the plan has a
+        different map of that name. Raises CodeError if the code is not allowed to run.
         """
-        # Imported here: it imports the kernels, which tables do without.
+        # Imported here: the module imports the kernels, which tables do not need.
         from sweep.store import with_beginning
         from sweep.tables.stored_jobs import stored_job
 
@@ -765,7 +771,7 @@ class StoredStudy(Results):
         return with_beginning(self.store, job)
 
     def world(self, trial: str) -> "TrialWorld":
-        """Return the world of a stored trial, drawn again from its row.
+        """Return the world of a stored trial, drawn again from the row.
 
         Raises as `trial` and `job`.
         """
@@ -813,8 +819,9 @@ class StoredStudy(Results):
     def distributions(self) -> dict[str, Declaration]:
         """The declared distribution and range of the values of each metric column.
 
-        A derived metric has the declaration that the launch has stored. Up to 0.8 no
-        launch stored one: such metrics are "skewed". `means` uses it.
+        A derived metric has the declaration that the launch has stored. Up to version
+        0.8 no launch stored declarations, and derived metrics are "skewed". `means`
+        uses the declarations.
         """
         if self.restricted:
             return self.whole.distributions
@@ -836,7 +843,7 @@ class StoredStudy(Results):
 
     @cached_property
     def _first_row(self) -> "pd.Series[Any]":
-        """The first stored trial with all its columns."""
+        """The first stored trial with all columns."""
         first = pa.array(self.trials["trial_id"].head(1), pa.string())
         row: pd.Series[Any] = self.read("trials", first).to_pandas().iloc[0]
         return row
@@ -858,7 +865,7 @@ class StoredStudy(Results):
     ) -> pa.Table:
         """Return rows of a stored table without metrics that the spec does not record.
 
-        Stored trials that record more may serve for the spec.
+        Stored trials may have more metrics than the spec.
 
         Parameters
         ----------
@@ -885,7 +892,7 @@ class StoredStudy(Results):
     def _of_the_spec(self, name: str, table: pa.Table) -> pa.Table:
         """Return a table without rows and metrics that the spec does not record."""
         plan = self.about
-        if plan.tables is None or plan.series is None:  # up to 0.9 there is no other
+        if plan.tables is None or plan.series is None:  # up to 0.9: nothing to remove
             return table
         if name not in plan.tables:
             return table.slice(0, 0)
@@ -903,7 +910,7 @@ class StoredStudy(Results):
         return self.read(name, self.plan["trial_id"].combine_chunks(), columns)
 
     def _in_order(self, table: pa.Table) -> pd.DataFrame:
-        """Return rows in the order of the plan; rows of one trial are as stored."""
+        """Return rows in the order of the plan; rows of a trial keep their order."""
         place = pd.Series(
             np.arange(self.plan.num_rows), index=self.plan["trial_id"].to_pandas()
         )
@@ -920,6 +927,6 @@ def _about(field: pa.Field) -> tuple[str, str]:
 
 
 def _quoted(name: object) -> str:
-    """Return an object instead of a name for an error; a string gets quotes."""
+    """Return an object in place of a name for an error; a string gets quotes."""
     shown = shortened(str(name))
     return f'"{shown}"' if isinstance(name, str) else shown

@@ -41,7 +41,7 @@ def checked(
 ) -> pa.Table:
     """Return rows of a stored table after all checks.
 
-    Trials get 0 for spreads that a launch did not name, and current commands to replay.
+    Trials get 0 for spreads that a launch did not name, and current replay commands.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def checked(
     name : str
         The name of the table.
     table : pyarrow.Table
-        Its rows from one or more parts.
+        Rows of the table from one or more parts.
     known : Catalogue
         The models that the trials may have.
     columns : iterable of str, optional
@@ -67,7 +67,8 @@ def checked(
     for column in (*FULL[name], *columns):
         if column not in table.column_names:
             raise StoreError(
-                f"its stored {name} have no column {column}; launch it again", study
+                f"the stored {name} have no column {column}; launch the study again",
+                study,
             )
     try:
         _check_names(table)
@@ -84,7 +85,7 @@ def checked(
 
 
 def _with_spreads(table: pa.Table, known: Catalogue) -> pa.Table:
-    """Return trials with 0 for spreads that only other trials have."""
+    """Return trials with 0 for spreads that only some trials have."""
     for name in settings_of(table["model"][0].as_py(), known).spreads:
         if name in table.column_names:
             index = table.column_names.index(name)
@@ -96,8 +97,8 @@ def _with_spreads(table: pa.Table, known: Catalogue) -> pa.Table:
 def command(verb: Literal["replay", "view"], study: str, trial: object) -> str:
     """Return the command that shows a stored trial.
 
-    It is made from checked names. A stored command is never used, since the study may
-    have another name by now.
+    The command consists of checked names. A stored command is never used, because the
+    study may have a new name.
 
     Parameters
     ----------
@@ -120,9 +121,9 @@ def _with_commands(table: pa.Table, study: str) -> pa.Table:
 
 
 def _without_others(table: pa.Table, required: Iterable[str]) -> pa.Table:
-    """Return the table without lists that only other trials have.
+    """Return the table without lists that only trials of earlier launches have.
 
-    The model of an earlier launch may have had other rows of state.
+    The model of an earlier launch may have had different rows of state.
     """
     return table.drop_columns(
         [
@@ -152,7 +153,7 @@ def checked_numbers(
     Raises
     ------
     StoreError
-        If a column has another type.
+        If a column has a wrong type.
     """
     kinds = dict.fromkeys(columns, pa.float64()) | {
         "trial_id": pa.string(),
@@ -171,9 +172,9 @@ def _check_names(table: pa.Table) -> None:
     names = table.column_names
     for name in names:
         if not NAME.fullmatch(name):
-            raise ValueError(f"no column is called {shortened(ascii(name))}")
+            raise ValueError(f"no column can have the name {shortened(ascii(name))}")
     if len(names) > len(set(names)):
-        raise ValueError("a column stands twice")
+        raise ValueError("a column appears twice")
 
 
 def _check_trials(table: pa.Table, known: Catalogue) -> None:
@@ -181,7 +182,7 @@ def _check_trials(table: pa.Table, known: Catalogue) -> None:
     _check_present(table, identity)
     models = pc.unique(table["model"]).to_pylist()
     if len(models) > 1 or models[0] not in known.models:
-        raise ValueError(f"they are of the models {', '.join(models[:5])}")
+        raise ValueError(f"needs one known model, not {', '.join(models[:5])}")
     settings = settings_of(models[0], known)
     every = settings | settings.spreads
     _check_present(table, {name: ARROW[every[name].kind] for name in every})
@@ -203,7 +204,7 @@ def _check_heatmaps(table: pa.Table, _known: Catalogue) -> None:
     columns = _integers(table, "columns")
     agree = (rows > 0) & (columns > 0) & (rows * columns == pixels)
     if not (agree & (pixels <= MOST_PIXELS)).all():
-        raise ValueError("visits are not as many as rows times columns")
+        raise ValueError("the number of visits is not rows times columns")
 
 
 def _check_trajectories(table: pa.Table, _known: Catalogue) -> None:
@@ -219,9 +220,9 @@ def _check_trajectories(table: pa.Table, _known: Catalogue) -> None:
         int((~same).sum()) + 1 != len(np.unique(trials))
         or not (np.diff(frames)[same] > 0).all()
     ):
-        raise ValueError("frames are not in their order")
+        raise ValueError("frames are not in ascending order")
     if not (np.diff(boids)[same] == 0).all():
-        raise ValueError("the number of boids changes from one frame to another")
+        raise ValueError("the number of boids changes between frames")
 
 
 def _check_last_flocks(table: pa.Table, _known: Catalogue) -> None:
@@ -239,7 +240,7 @@ def _check_boids(table: pa.Table, names: Sequence[str]) -> NDArray[np.int64]:
     if "kind" in names:
         lengths["kind"] = _lengths(table, "kind", pa.int64())
     if boids.min() < 1 or any((length != boids).any() for length in lengths.values()):
-        raise ValueError(f"{', '.join(names)} are not of the same boids")
+        raise ValueError(f"{', '.join(names)} have different numbers of boids")
     for name in names:
         if not pc.all(pc.is_finite(pc.list_flatten(table[name]))).as_py():
             raise ValueError(f"{name} has values that are not finite")
@@ -253,7 +254,7 @@ def _check_full(table: pa.Table, names: Iterable[str]) -> None:
 
 
 def _check_present(table: pa.Table, kinds: dict[str, pa.DataType]) -> None:
-    """Raise ValueError if the table has any of these columns with another type."""
+    """Raise ValueError if the table has any of these columns with a wrong type."""
     names = table.column_names
     _check_types(table, {name: kind for name, kind in kinds.items() if name in names})
 
@@ -280,7 +281,7 @@ def _lengths(table: pa.Table, name: str, kind: pa.DataType) -> NDArray[np.int64]
     if not pa.types.is_list(stored) or stored.value_type != kind:
         raise ValueError(f'column "{name}" holds {stored}, not lists of {kind}')
     if pc.list_flatten(table[name]).null_count:
-        raise ValueError(f'column "{name}" has lists with empty places')
+        raise ValueError(f'column "{name}" has lists with empty elements')
     lengths: NDArray[np.int64] = (
         pc.list_value_length(table[name]).to_numpy().astype(np.int64)
     )

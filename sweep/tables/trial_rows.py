@@ -1,4 +1,4 @@
-"""Stored trials, each with its rows of all tables and the provenance of its part."""
+"""Stored trials, with the rows of all tables and the provenance."""
 
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
@@ -32,16 +32,16 @@ class StoredTrial(NamedTuple):
 
     Attributes
     ----------
-    row
-        Its row in the table of trials.
-    tables
-        Its columns in the other tables of its part, without last states.
-    provenance
-        The provenance of its part.
-    derive
+    row : dict
+        The row of the trial in the table of trials.
+    tables : dict of str to Columns
+        The columns of the trial in the further tables of the part, without last states.
+    provenance : dict
+        The provenance of the part of the store.
+    derive : dict of str to str
         The expressions of derived metrics by name.
-    keeps_state
-        Whether its last state is stored.
+    keeps_state : bool
+        Whether the last state of the trial is stored.
     """
 
     row: dict[str, Any]
@@ -71,7 +71,7 @@ class StoredTrial(NamedTuple):
 
 
 def stored_trials(store: Store, trial_ids: Sequence[str]) -> list[StoredTrial]:
-    """Return those of the trials that are stored, part by part.
+    """Return the stored trials among `trial_ids`, part by part.
 
     Raises StoreError for a damaged part.
     """
@@ -87,7 +87,7 @@ def stored_trials(store: Store, trial_ids: Sequence[str]) -> list[StoredTrial]:
 
 
 def by_part(store: Store, trial_ids: Sequence[str]) -> list[list[str]]:
-    """Return those of the trials that are stored, in one list per part.
+    """Return the stored ids among `trial_ids`, in one list per part.
 
     Raises StoreError for a damaged part.
     """
@@ -127,7 +127,7 @@ def by_origin(
 def _holders(
     parts: list[Location], trial_ids: Sequence[str]
 ) -> dict[Location, list[str]]:
-    """Return the ids of these trials by part; the latest part of a trial counts."""
+    """Return the ids of trials by part; the latest part of a trial counts."""
     ids = pa.array(trial_ids, pa.string())
     latest = dict[str, Location]()
     tables = each(parts, lambda part: load_table(part, "trials", ["trial_id"]))
@@ -170,7 +170,7 @@ def _rows(part: Location, name: str, trial_ids: pa.Array) -> pa.Table:
 def _by_trial(table: pa.Table, trial_ids: pa.Array) -> list[pa.Table]:
     """Return the rows of each trial, in the order of `trial_ids`.
 
-    The table must have no other trials.
+    The table must have no further trials.
     """
     places = pc.index_in(table["trial_id"], value_set=trial_ids).to_numpy()
     if (np.diff(places) < 0).any():

@@ -1,6 +1,6 @@
-"""The promises that a launch checks for a custom model, before its first trial.
+"""The promises that a launch checks for a custom model, before the first trial.
 
-Where one of these promises is broken, no trial fails, and all results are wrong.
+A broken promise of this list makes no trial fail, but makes all results wrong.
 """
 
 from unittest import SkipTest
@@ -20,9 +20,9 @@ TRIED = {"calls": calls, "grid": grid, "reach": reach}
 def check_promises(study: Study) -> None:
     """Check the model of a study with its preset, once per code.
 
-    Raises SpecError, with the line of the model, for a broken promise. An exception of
-    the model in the small worlds of this check counts for nothing: a trial that raises
-    fails.
+    Raises SpecError, with the line of the model, for a broken promise. The check
+    ignores an exception of the model in the small test worlds, because a trial with an
+    exception fails.
     """
     name = study.model
     known = study.known
@@ -34,14 +34,14 @@ def check_promises(study: Study) -> None:
     try:
         check_once(code, lambda: _try(subject.variant(presets=presets)))
     except AssertionError as error:
-        message = f"no trial runs, as the model breaks a promise: {error}"
+        message = f"no trial runs, because the model breaks a promise: {error}"
         raise study.document.error(("model",), message) from None
     except Exception:
         return
 
 
 def _try(subject: Subject) -> None:
-    """Raise AssertionError, with the name of the promise, if one is broken."""
+    """Raise AssertionError for a broken promise, with the name of the promise."""
     for name, promise in TRIED.items():
         try:
             promise(subject)

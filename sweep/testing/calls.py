@@ -1,4 +1,4 @@
-"""The check that each step publishes the flock from before it, and updates the grid."""
+"""The check that each step publishes the previous flock, and updates the grid."""
 
 from dataclasses import replace
 
@@ -21,7 +21,7 @@ from sweep.testing.subject import Subject
 from sweep.trial import Simulation, State
 
 FIRST = 3
-"""Steps before the checked one: boids then differ in their velocities."""
+"""Steps before the checked step. After these steps the velocities of boids differ."""
 WORLD = 2 * SIDE
 """Side of the world, in ranges of sight."""
 APART = 4
@@ -39,9 +39,9 @@ MOVE = (
 def calls(subject: Subject) -> None:
     """Check the previous velocities and the grid after a step.
 
-    After a step the flock has the velocities from before it as its previous ones. No
-    boid sees what an earlier step has left in `work.before`. The grid has each moved
-    boid in its new cell.
+    After a step, the previous velocities of the flock are the velocities before the
+    step. No boid perceives values of an earlier step in `work.before`. The grid has
+    each moved boid in the new cell.
     """
     place = of_function(subject.model.advance)
     for job in every_way(subject, obstacles=False):
@@ -60,8 +60,8 @@ def calls(subject: Subject) -> None:
 def _pairs(length: float) -> dict[str, Floats]:
     """Return positions of boids in pairs.
 
-    The two of a pair are 0.1, 0.2 and so on of a range of sight apart, in different
-    directions.
+    The boids of a pair have distances of 0.1, 0.2 and so on, in ranges of sight, and
+    different directions.
     """
     pair, second = np.divmod(np.arange(BOIDS), 2)
     row, column = np.divmod(pair, WORLD // APART)
@@ -82,7 +82,7 @@ def _forgotten(job: Job, state: State) -> str | None:
         for boid in np.flatnonzero(before != previous)[:1].tolist():
             return (
                 f"after a step previous_{name} of boid {boid} is"
-                f" {float(previous[boid])!r}, and its {name} before was"
+                f" {float(previous[boid])!r}, but {name} before the step was"
                 f" {float(before[boid])!r}; {PUBLISH}"
             )
     unknown = {
@@ -92,16 +92,16 @@ def _forgotten(job: Job, state: State) -> str | None:
     }
     without_before = _after(job, state._replace(arrays=state.arrays | unknown))
     if _bits(after) != _bits(without_before):
-        return f"boids see in work.before what an earlier step has left; {PUBLISH}"
+        return f"work.before has values of an earlier step; {PUBLISH}"
     return None
 
 
 def _stale(job: Job, state: State) -> str | None:
     """Return the error if the grid is not updated after moves.
 
-    The grid of this check has one boid of each pair elsewhere. So a missing update
-    shows, although no boid needs to leave its cell. A model that does not search may
-    leave its grid as it is.
+    The grid of this check has one boid of each pair in another cell. So a missing
+    update is detected, although no boid needs to leave its cell. A model without a
+    search does not need to update the grid.
     """
     parted = _after(job, state, _parted(job, state))
     if parted.flight.work.grid.everyone or _bits(parted) == _bits(_after(job, state)):
@@ -112,7 +112,7 @@ def _stale(job: Job, state: State) -> str | None:
     expected = restored.flight.work.grid
     lost = (grid.column != expected.column) | (grid.row != expected.row)
     for boid in np.flatnonzero(lost & _moved(state, parted))[:1].tolist():
-        return f"boid {boid} moves, and stays in its old cell of the grid; {MOVE}"
+        return f"boid {boid} moves, but stays in the old cell of the grid; {MOVE}"
     return None
 
 
@@ -124,7 +124,7 @@ def _parted(job: Job, state: State) -> State:
 
 
 def _moved(state: State, after: Simulation) -> NDArray[np.bool_]:
-    """Return which boids are elsewhere than in the state, shape (N,)."""
+    """Return a mask of the boids that have moved since the state, shape (N,)."""
     x, y = state.arrays["flock.x"], state.arrays["flock.y"]
     moved: NDArray[np.bool_] = (x != after.flock.x) | (y != after.flock.y)
     return moved
@@ -133,7 +133,7 @@ def _moved(state: State, after: Simulation) -> NDArray[np.bool_]:
 def _after(job: Job, state: State, entered: State | None = None) -> Simulation:
     """Return a trial one step after a state.
 
-    Its grid has the boids at their positions in `entered`, if that is another state.
+    The grid has the positions of boids in `entered`, if `entered` is another state.
     """
     simulation = Simulation(job)
     simulation.restore(entered or state)

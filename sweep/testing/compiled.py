@@ -1,4 +1,4 @@
-"""The check that a step is compiled, allocates nothing, and equals plain Python.
+"""The check that a step is compiled without allocation, and equals plain Python.
 
 Compiled and plain Python are compared bit by bit.
 """
@@ -23,10 +23,10 @@ PROGRAM = "sweep.testing.interpreted"
 
 
 def allocation(subject: Subject) -> None:
-    """Check that `advance` is compiled without memory, and allocates nothing.
+    """Check that `advance` is compiled without memory management or allocation.
 
-    `kernels.jit.jit` rejects code that allocates. The counters of numba confirm it over
-    many steps.
+    `kernels.jit.jit` rejects code that allocates. The counters of numba confirm the
+    absence of allocation over many steps.
     """
     advance: Any = subject.model.advance
     place = of_function(advance)
@@ -34,7 +34,7 @@ def allocation(subject: Subject) -> None:
     taken = advance.py_func.__code__.co_argcount
     if taken != len(ARGUMENTS):
         raise AssertionError(
-            f"{place}: advance takes {taken} arguments, and is called with"
+            f"{place}: advance takes {taken} arguments, but gets"
             f" {len(ARGUMENTS)}: {', '.join(ARGUMENTS)}"
         )
     for job in every_way(subject, n=BOIDS, steps=MANY):
@@ -46,20 +46,20 @@ def check_compiled(function: Any, name: str) -> None:
     options = getattr(function, "targetoptions", None)
     if options is None:
         raise AssertionError(
-            f"{of_function(function)}: {name} is plain Python; put @jit of kernels.jit"
-            " above it"
+            f"{of_function(function)}: {name} is plain Python; write @jit of"
+            " kernels.jit above the function"
         )
     if options.get("_nrt", True):
         raise AssertionError(
-            f"{of_function(function)}: {name} is compiled with memory; put @jit of"
-            " kernels.jit above it, which refuses what allocates"
+            f"{of_function(function)}: {name} is compiled with memory management; use"
+            " @jit of kernels.jit, which rejects code that allocates"
         )
 
 
 def check_steps(subject: Subject, job: Job) -> None:
     """Raise AssertionError if `advance` returns no boolean, or allocates per step.
 
-    Many steps must allocate no more blocks than one.
+    Many steps must allocate no more blocks than one step.
     """
     advance: Any = subject.model.advance
     place = of_function(advance)
@@ -68,15 +68,15 @@ def check_steps(subject: Subject, job: Job) -> None:
     [result, *_] = {signature.return_type for signature in advance.nopython_signatures}
     if str(result) != "bool":
         raise AssertionError(
-            f"{place}: advance returns {result}; return False after a step that is not"
-            " finite, as observe says, and True at the end"
+            f"{place}: advance returns {result}; return False if observe returns False"
+            " (the step is not finite), and True at the end"
         )
-    # A call takes a block of its own, however many steps it has.
+    # A call takes one block for any number of steps.
     few, many = (_blocks(simulation, steps) for steps in (1, MANY - 2))
     if many > few:
         raise AssertionError(
             f"{place}: {MANY - 2} steps have allocated {many - few:,} blocks of memory"
-            " more than one; write into arrays of work or of the flock instead"
+            " more than one step; write into arrays of work or of the flock instead"
         )
 
 
@@ -99,10 +99,10 @@ def _allocated() -> int:
 def interpreter(subject: Subject) -> None:
     """Check that a compiled model is bitwise identical to plain Python.
 
-    Plain Python runs in another process, in which nothing is compiled.
+    Plain Python runs in another process, without compilation.
     """
     if not subject.reference:
-        raise SkipTest("a Model that is in no file is known in this process alone")
+        raise SkipTest("a Model without a file is known only in this process")
     place = of_function(subject.model.advance)
     jobs = list(every_way(subject))
     with tempfile.TemporaryDirectory() as folder:
@@ -114,5 +114,5 @@ def interpreter(subject: Subject) -> None:
         if mismatch := difference(fly(job), theirs, "compiled", "in plain Python"):
             raise AssertionError(
                 f"{place}: {mismatch} ({in_words(job)}); write x * x * x for x**3,"
-                " loops for NumPy's sums, and integers below 2**63"
+                " loops for sums of NumPy, and integers below 2**63"
             )

@@ -1,4 +1,4 @@
-"""The check that a model declares its parameters, and its presets are valid."""
+"""The check that a model declares its parameters and has valid presets."""
 
 import math
 from typing import Any, get_args, get_type_hints
@@ -23,30 +23,30 @@ def settings(subject: Subject) -> None:
             raise AssertionError(f'{of_setting(model, name)}: "{name}" {wrong}')
     if "dt" not in hints:
         raise AssertionError(
-            f'{of_field(model, "params")}: there is no setting "dt", the time of one'
-            " update; add it to the settings of the model"
+            f'{of_field(model, "params")}: there is no parameter "dt", the time of one'
+            " update; add dt to the parameters of the model"
         )
 
 
 def _wrong_with(name: str, hint: Any, common: set[str]) -> str | None:
-    """Return the error in one parameter and how to fix it; None if valid."""
+    """Return the error in one parameter, with a fix; None for a valid parameter."""
     kind, *notes = get_args(hint) or (hint,)
     if not notes or not isinstance(notes[0], About):
-        return 'says nothing of itself; write Annotated[float, About("...", "length")]'
+        return 'has no About; write Annotated[float, About("...", "length")]'
     declared: About = notes[0]
     if kind not in KINDS:
         return f"is of type {kind.__name__}; allowed: float, int, bool"
     if name in common:
-        return "is a setting that all models have; choose another name"
+        return "is a parameter that all models have; choose another name"
     if not declared.text.strip():
-        return "has no text; say in About what it means"
+        return "has no text; write the meaning into About"
     if declared.unit not in UNITS:
         units = ", ".join(f'"{unit}"' for unit in UNITS)
         return f'has the unknown unit "{declared.unit}"; allowed: {units}'
     if kind is bool or declared.choices:
         return None
     if math.isinf(declared.low) and math.isinf(declared.high):
-        return "has no range; give About its low, its high, or both"
+        return "has no range; give low or high in About"
     if declared.low > declared.high:
         limits = f"{declared.low:g} to {declared.high:g}"
         return f"has the empty range {limits}; change low or high"
@@ -54,10 +54,10 @@ def _wrong_with(name: str, hint: Any, common: set[str]) -> str | None:
 
 
 def presets(subject: Subject) -> None:
-    """Check that every preset has a valid value of every parameter, and no other.
+    """Check that every preset has a valid value of every parameter, and no more.
 
-    The conditions of the model must hold, its metrics must be known, and studies must
-    be able to name it.
+    In addition, the conditions of the model must be true, the metrics of the model must
+    be known, and studies must be able to name the model.
     """
     model = subject.model
     if not model.presets:
@@ -78,14 +78,14 @@ def _check_preset(subject: Subject, preset: str, values: dict[str, Any]) -> None
     for name in known:
         if name not in values:
             raise AssertionError(
-                f'{of_field(model, "presets")}: preset "{preset}" gives "{name}" no'
-                " value; every preset gives one to every setting"
+                f'{of_field(model, "presets")}: preset "{preset}" has no value for'
+                f' "{name}"; a preset needs a value for every parameter'
             )
-    for name, value in values.items():  # looking for the place of one reads the file
+    for name, value in values.items():  # of_value reads the file
         if name not in known:
             raise AssertionError(
                 f'{of_value(model, name)}: preset "{preset}" has "{name}", which is no'
-                f" setting{similar(name, list(known))}"
+                f" parameter{similar(name, list(known))}"
             )
         try:
             known[name].coerce(value)

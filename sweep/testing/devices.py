@@ -12,11 +12,11 @@ COMPILER = "numba_cuda"
 
 
 def device(subject: Subject) -> None:
-    """Check that a step compiles for a GPU to exact operations alone.
+    """Check that a step compiles for a GPU to exact operations only.
 
     The check needs no GPU. A model that only processors can run breaks no promise.
     """
     if find_spec(COMPILER) is None:
-        raise SkipTest(f"not looked at: the compiler comes with {installing('gpu')}")
+        raise SkipTest(f"not checked: install the compiler with {installing('gpu')}")
     if why := refusal_of(next(every_way(subject))):
-        raise SkipTest(f"processors alone fly it: {why}")
+        raise SkipTest(f"only processors can run the model: {why}")

@@ -1,4 +1,4 @@
-"""The check that a model with actuators drives each of its boids."""
+"""The check that a model with actuators drives every boid."""
 
 from dataclasses import replace
 from unittest import SkipTest
@@ -21,20 +21,20 @@ LAG = 2.0
 
 
 def robots(subject: Subject) -> None:
-    """Check that the source of a model does what the model declares of its robots.
+    """Check that the source of a model has the declared abilities of robots.
 
-    Raises AssertionError where it does not, and SkipTest for a model that does not
-    declare it.
+    Raises AssertionError if source and declaration differ, and SkipTest for a model
+    without a declaration.
     """
     model = subject.model
     if missing := to_declare(model):
-        raise SkipTest(f"its Model does not say what robots can do: add {missing}")
+        raise SkipTest(f"the Model declares no abilities of robots: add {missing}")
     by_source = in_source(model)._asdict()
     for name, value in declared(model).items():
         in_order = sorted if name == "shared" else bool
         if in_order(value) != in_order(by_source[name]):
             raise AssertionError(
-                f"{of_field(model, name)}: {name} is {value!r}, and by its source"
+                f"{of_field(model, name)}: {name} is {value!r}, but the source has"
                 f" {by_source[name]!r}"
             )
 
@@ -45,9 +45,9 @@ def motors(subject: Subject) -> None:
     place = of_function(advance)
     if why := why_not(subject.model, "drives"):
         change = remedy(subject.model, "drives", f"before confine write `{LINE}`")
-        raise SkipTest(f"{why}; for motors {change}")
+        raise SkipTest(f"{why}; for actuation {change}")
     if not abilities(subject.model).publishes:
-        raise AssertionError(f"{place}: it calls `drive`, but no `publish`")
+        raise AssertionError(f"{place}: calls `drive`, but not `publish`")
     for job in every_way(subject):
         motored = job.settings | {"motor_lag": LAG * float(job.settings["dt"])}
         try:

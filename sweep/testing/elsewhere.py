@@ -1,4 +1,4 @@
-"""Programs of these checks in a process of their own."""
+"""Programs of the checks in separate processes."""
 
 import os
 import subprocess
@@ -9,13 +9,13 @@ from contextlib import contextmanager
 from sweep.testing.mishaps import sentence
 
 MISHAP = 3
-"""Exit code if the checked code raises; its sentence is on standard output."""
+"""Exit code if the checked code raises; the sentence is on standard output."""
 
 
 def run_elsewhere(
     where: str, program: str, *arguments: str, **environment: str
 ) -> None:
-    """Run a module in a process of its own.
+    """Run a module in a separate process.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def run_elsewhere(
     Raises
     ------
     AssertionError
-        If the checked code raises, with its sentence and `where`.
+        If the checked code raises, with the sentence of the error and `where`.
     RuntimeError
         If the program itself fails.
     """
@@ -44,7 +44,7 @@ def run_elsewhere(
         check=False,
     )
     if done.returncode == MISHAP:
-        # The author's code may print, too.
+        # The code of the author may print, too.
         message = done.stdout.strip().splitlines()[-1]
         raise AssertionError(f"{message} ({where})")
     if done.returncode:

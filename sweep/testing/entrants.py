@@ -1,6 +1,6 @@
-"""The metrics, maps, starts and samplers of a file that are checked.
+"""The checked metrics, maps, initial conditions and samplers of a file.
 
-Each has worlds in which it is checked.
+Each entry has test worlds.
 """
 
 from collections.abc import Iterator, Mapping
@@ -34,8 +34,8 @@ KINDS = {"metrics": "measure", "maps": "draw", "starts": "draw", "samplers": "dr
 class Entrant:
     """An entry of a file.
 
-    `kind` is one of KINDS, `entry` is the entry itself, and `known` a catalogue that
-    contains it.
+    `kind` is one of KINDS, `entry` is the entry as in the file, and `known` a catalogue
+    that contains the entry.
     """
 
     kind: str
@@ -59,14 +59,14 @@ class Entrant:
 
     @property
     def place(self) -> Place:
-        """The line at which its function begins."""
+        """The first line of the function."""
         return of_function(self.function)
 
     def jobs(self) -> Iterator[Job]:
         """Yield small trials of a built-in model that use the entry.
 
-        They are trials with obstacles and without, if they meet the conditions of the
-        entry. Raises SkipTest if there is none.
+        The trials have obstacles or no obstacles, and fulfil the conditions of the
+        entry. Raises SkipTest if there is no such trial.
         """
         subject = self._stand_in()
         demands: tuple[Demand, ...] = getattr(self.entry, "demands", ())
@@ -82,7 +82,7 @@ class Entrant:
                 tried = True
                 yield job
         if not tried:
-            raise SkipTest(f"in the small worlds of this check {broken[0]}")
+            raise SkipTest(f"in the small test worlds, {broken[0]}")
 
     def _jobs(self, subject: Subject) -> Iterator[Job]:
         metrics = (self.name,) if self.kind == "metrics" else ()
@@ -93,7 +93,7 @@ class Entrant:
                 yield replace(job, record=record, obstacles=rocks)
 
     def _settings(self) -> dict[str, Any]:
-        """Return the parameters by which a trial uses the entry."""
+        """Return the parameters of a trial that uses the entry."""
         if self.kind == "starts":
             return {"start_draws": self.name}
         if self.kind != "maps":
@@ -104,10 +104,7 @@ class Entrant:
         return {"map": self.name, **sides}
 
     def _stand_in(self) -> Subject:
-        """Return a built-in model.
-
-        It has the state and the kinds of boids that the metric reads.
-        """
+        """Return a built-in model, with the state and kinds that a metric reads."""
         models = [_with_boids(model, self.entry) for model in MODELS.values()]
         model = next(
             candidate
@@ -121,9 +118,9 @@ class Entrant:
 
 
 def entrants(reference: str) -> list[Entrant]:
-    """Return the entries of a file besides its models.
+    """Return the entries of a file, except models.
 
-    The file runs. The list is empty if `reference` is the name of a model, or asks for
+    The file runs. The list is empty if `reference` is the name of a model, or selects
     one model of a file. Raises CodeError for an entry that is not valid.
     """
     file = Path(reference)
@@ -163,7 +160,7 @@ def entrant(file: str, kind: str, name: str) -> Entrant:
 def has_model(reference: str) -> bool:
     """Return whether a reference is the name of a model, or a file with one.
 
-    The file must have its model under the usual name.
+    The model in the file must have the usual name.
     """
     file = Path(reference)
     if not reference.endswith(SUFFIX) or not file.is_file():
@@ -174,8 +171,7 @@ def has_model(reference: str) -> bool:
 def _with_boids(model: Model, entry: Any) -> Model:
     """Return the model in one preset.
 
-    It has the state and the kinds of boids that an entry reads, if the entry is a
-    metric.
+    For a metric, the model has the state and the kinds of boids that the metric reads.
     """
     preset = next(iter(model.presets))
     model = model._replace(presets={preset: model.presets[preset]})
@@ -199,7 +195,7 @@ def _drawn(
 
 @dataclass(frozen=True)
 class _Divided:
-    """A division of boids into kinds of about the same number."""
+    """A division of boids into kinds of about equal size."""
 
     kinds: int
 

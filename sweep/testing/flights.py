@@ -30,7 +30,7 @@ SEED = 27
 BOIDS = 14
 STEPS = 10
 SIDE = 6
-"""Side of the world, in ranges of sight: some cells are no neighbours."""
+"""Side of the world, in ranges of sight: some cells are not adjacent."""
 BORDERS: tuple[dict[str, Any], ...] = (
     {"borders": "open", "minimum_image": False},
     {"borders": "torus", "minimum_image": False},
@@ -39,7 +39,7 @@ BORDERS: tuple[dict[str, Any], ...] = (
 )
 BODIES = ("x", "y", "vx", "vy")
 SCRATCH = ("work.near.", "work.before.")
-"""Arrays with values that the last boid, or the last step, has left."""
+"""Arrays with leftover values of the last boid or the last step."""
 
 Settings = Mapping[str, Any]
 Floats = NDArray[np.float64]
@@ -50,8 +50,8 @@ class Flown:
     """A trial that has ended.
 
     `bodies` has x, y, vx and vy of every frame, shape (F, 4, N), and `steps` the steps
-    of the frames, shape (F,). `last` has the arrays that a model may change, as they
-    are at the end.
+    of the frames, shape (F,). `last` has the final content of the arrays that a model
+    may change.
     """
 
     bodies: Floats
@@ -83,7 +83,7 @@ def a_job(subject: Subject, preset: str, obstacles: bool, **changes: Any) -> Job
     obstacles : bool
         Whether the world has three obstacles.
     **changes
-        Values of further parameters; those that the model does not have are ignored.
+        Values of further parameters; parameters that the model lacks are ignored.
     """
     declared = subject.settings
     settings = preset_settings(subject.model.name, preset, subject.known)
@@ -125,9 +125,9 @@ def a_job(subject: Subject, preset: str, obstacles: bool, **changes: Any) -> Job
 
 
 def together(job: Job) -> dict[str, Value]:
-    """Return the parameters of a start in the middle of the world.
+    """Return parameters by which all boids start close together.
 
-    All boids are then near each other.
+    The boids start in the middle of the world.
     """
     side = float(job.settings["width"])
     return {
@@ -140,7 +140,7 @@ def together(job: Job) -> dict[str, Value]:
 def _length(subject: Subject, settings: dict[str, Any]) -> float:
     """Return the range of sight.
 
-    If the range is infinite or zero, it is a sixth of the world of the preset.
+    An infinite or zero range is replaced by a sixth of the world of the preset.
     """
     params = settings_tuple(subject.model.params, settings, subject.settings)
     sight_range = float(subject.model.sight(params).range)
@@ -188,14 +188,11 @@ def every_way(
             tried = True
             yield job
     if not tried:
-        raise SkipTest(f"in the small worlds of this check {broken[0]}")
+        raise SkipTest(f"in the small test worlds, {broken[0]}")
 
 
 def broken_demands(subject: Subject, settings: Settings) -> list[str]:
-    """Return the messages of the conditions that do not hold.
-
-    The conditions are those of every study and those of the model.
-    """
+    """Return the messages of violated conditions, of all studies and of the model."""
     declared = subject.settings
     return [
         demand.message
@@ -205,10 +202,10 @@ def broken_demands(subject: Subject, settings: Settings) -> list[str]:
 
 
 def in_words(job: Job) -> str:
-    """Return the parameters in which a trial differs from others here."""
+    """Return the varied parameters of a test trial in words."""
     names = ("update", "borders")
     choices = [str(job.settings[name]) for name in names if name in job.settings]
-    across = ", seen across its borders" if job.settings["minimum_image"] else ""
+    across = ", perceived across borders" if job.settings["minimum_image"] else ""
     return f"preset {job.preset}, {' and '.join(choices)}{across}"
 
 
@@ -225,13 +222,13 @@ def go(simulation: Simulation, steps: int) -> bool:
 
 
 def fly(job: Job, calls: Sequence[int] = (STEPS,)) -> Flown:
-    """Run a job from its start, with these numbers of steps per call."""
+    """Run a job from the beginning, with given numbers of steps per call."""
     simulation = Simulation(job)
     return _finish(simulation, calls, [simulation.take_frames()])
 
 
 def begun(job: Job, steps: int = 1) -> State | None:
-    """Return the state after the first steps; None if it is not finite."""
+    """Return the state after the first steps; None for a state that is not finite."""
     simulation = Simulation(job)
     going = go(simulation, steps)
     simulation.take_frames()
@@ -239,7 +236,7 @@ def begun(job: Job, steps: int = 1) -> State | None:
 
 
 def resume(job: Job, state: State, calls: Sequence[int], room: int = 0) -> Flown:
-    """Run a job from one of its states.
+    """Run a job from a state.
 
     Parameters
     ----------
@@ -257,9 +254,9 @@ def resume(job: Job, state: State, calls: Sequence[int], room: int = 0) -> Flown
 
 
 def _finish(simulation: Simulation, calls: Sequence[int], taken: list[Taken]) -> Flown:
-    """Take steps, with these numbers per call.
+    """Take steps, with given numbers per call.
 
-    It takes fewer steps if the state is no longer finite.
+    The steps end early if the state is no longer finite.
     """
     for steps in calls:
         going = go(simulation, steps)
@@ -282,7 +279,7 @@ def difference(a: Flown, b: Flown, way_a: str, way_b: str) -> str | None:
     a, b : Flown
         The trials, of the same job.
     way_a, way_b : str
-        How each of them ran, for the message.
+        The course of each trial in words, for the message.
 
     Returns
     -------
@@ -299,14 +296,14 @@ def difference(a: Flown, b: Flown, way_a: str, way_b: str) -> str | None:
         value_b = float(bodies_b[frame, kind, boid])
         return (
             f"after step {a.steps[frame]}, {BODIES[kind]} of boid {boid} is {value_a!r}"
-            f" {way_a} and {value_b!r} {way_b}"
+            f" {way_a}, but {value_b!r} {way_b}"
         )
     if len(a.bodies) != len(b.bodies):
         return (
-            f"it goes on until step {a.steps[-1]} {way_a} and until step"
+            f"the trial runs until step {a.steps[-1]} {way_a}, but until step"
             f" {b.steps[-1]} {way_b}"
         )
     for name, array in a.last.items():
         if array.tobytes() != b.last[name].tobytes():
-            return f"at the end, {name} is another one {way_a} than {way_b}"
+            return f"at the end, {name} differs {way_a} and {way_b}"
     return None

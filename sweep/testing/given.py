@@ -1,6 +1,6 @@
 """The values of an entry of a file in small worlds.
 
-As a program the module writes them from a process of its own:
+As a program, the module writes the values from a separate process:
 
 python -m sweep.testing.given FILE KIND NAME NUMBERS.npz
 """
@@ -34,7 +34,7 @@ Floats = NDArray[np.float64]
 class Given(NamedTuple):
     """The values of an entry in a world.
 
-    `where` is the world in words. `job` is its trial; a sampler has none.
+    `where` is the world in words. `job` is the trial; None for a sampler.
     """
 
     numbers: Floats
@@ -45,10 +45,10 @@ class Given(NamedTuple):
 def given(entrant: Entrant) -> Iterator[Given]:
     """Yield the values of an entry in small worlds.
 
-    metric   its values in all frames of trials
-    map      its obstacles
+    metric   values in all frames of trials
+    map      obstacles
     start    x, y, vx and vy
-    sampler  its columns
+    sampler  columns
     """
     if entrant.kind == "samplers":
         for points in POINTS:
@@ -70,19 +70,19 @@ def _numbers(entrant: Entrant, job: Job) -> Floats:
 
 
 def flight_of(job: Job) -> Any:
-    """Return the flight of a job after STEPS steps, with its frames."""
+    """Return the `Flight` of a job after STEPS steps, with frames."""
     simulation = Simulation(job)
     go(simulation, STEPS)
     return simulation.flight
 
 
 def measured(flight: Any, metric: Any, values: Floats) -> Floats:
-    """Return `values` after a metric has written into them.
+    """Return `values` after a metric has written into the array.
 
     Parameters
     ----------
     flight : Flight
-        A flight with F frames.
+        A run with F frames.
     metric : Metric
     values : ndarray, shape (F,) or longer
         Receives one value per frame.
@@ -93,13 +93,13 @@ def measured(flight: Any, metric: Any, values: Floats) -> Floats:
 
 
 def read(file: Path) -> list[Floats]:
-    """Return the values that the program has written."""
+    """Return the values in a file of the program."""
     with np.load(file) as arrays:
         return [arrays[name] for name in arrays.files]
 
 
 def main(file: str, kind: str, name: str, numbers: str) -> None:
-    """Write the values of an entry into a file, or print the sentence of its error.
+    """Write the values of an entry into a file, or print the sentence of an error.
 
     Parameters
     ----------

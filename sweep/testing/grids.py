@@ -32,8 +32,8 @@ SPREADS = {"": 1.0, " and gathered": 0.02, " and far outside the world": 30.0}
 def grid(subject: Subject) -> None:
     """Check that a trial is bitwise identical with any grid.
 
-    The reference searches all pairs. The grids have different cells, also some whose
-    lists are cut into blocks. The boids are as they are, gathered, or far outside the
+    The reference searches all pairs. The grids have different cells, also with lists
+    that are cut into blocks. The boids are unchanged, gathered, or far outside the
     world.
     """
     everyone = _seeing(subject, math.inf)
@@ -50,21 +50,21 @@ def grid(subject: Subject) -> None:
             expected = resume(searching, state, CALLS)
             for way, flown in _flown(job, larger, state):
                 if mismatch := difference(
-                    expected, flown, "if everyone is searched", way
+                    expected, flown, "with a search of all pairs", way
                 ):
                     raise AssertionError(
                         f"{of_function(subject.model.sight)}: {mismatch}"
                         f" ({in_words(job)}{where}); sight must declare the longest"
-                        " range that is"
-                        " searched, kernels.neighbours.search alone finds"
-                        " neighbours, and the grid is told of each move at once"
+                        " searched range. Find neighbours only with"
+                        " kernels.neighbours.search, and update the grid after each"
+                        " move"
                     )
     if not jobs:
-        raise SkipTest("its boids see everyone, so there is no grid")
+        raise SkipTest("all boids perceive all boids, so there is no grid")
 
 
 def _flocks(job: Job) -> Iterator[tuple[str, State]]:
-    """Yield the flock after a step: as it is, gathered, and far outside."""
+    """Yield the flock after a step: unchanged, gathered, and far outside."""
     state = begun(job)
     for where, spread in SPREADS.items() if state else ():
         assert state is not None
@@ -78,7 +78,7 @@ def _flocks(job: Job) -> Iterator[tuple[str, State]]:
 
 def _flown(job: Job, larger: Job, state: State) -> Iterator[tuple[str, Flown]]:
     """Yield the trial of a flock with each grid, and the grid in words."""
-    yield "with cells as large as it sees", resume(job, state, CALLS)
+    yield "with cells of the perception range", resume(job, state, CALLS)
     yield "with larger cells", resume(larger, state, CALLS)
     for room in ROOMS:
         yield f"with room for {room} in a block", resume(job, state, CALLS, room)

@@ -1,4 +1,4 @@
-"""A program that runs a model without compiling it, in a process of its own.
+"""A program that runs a model without compilation, in a separate process.
 
 NUMBA_DISABLE_JIT=1 python -m sweep.testing.interpreted REFERENCE FILE.npz
 """
@@ -42,7 +42,7 @@ def read(file: Path) -> list[Flown]:
 
 
 def main(reference: str, file: str) -> None:
-    """Write the trials of a model into a file, or print the sentence of its error."""
+    """Write the trials of a model into a file, or print the sentence of an error."""
     warnings.simplefilter("ignore", RuntimeWarning)  # compiled code has none
     checked = subject(reference)
     with mishaps_said():

@@ -5,7 +5,7 @@ from sweep.trial import explained
 
 
 def sentence(error: Exception) -> str:
-    """Return the message of an error, with the author's line that raised it."""
+    """Return the message of an error, with the raising line of the author."""
     if explanation := explained(error):
         return explanation
     place = of_error(error)

@@ -1,4 +1,4 @@
-"""The promises of the metrics, maps, starts and samplers of a file."""
+"""The promises of the metrics, maps, initial conditions and samplers of a file."""
 
 import tempfile
 from collections.abc import Iterator
@@ -20,19 +20,19 @@ from sweep.testing.given import POINTS, SIDES, Given, flight_of, given, measured
 from sweep.trial import obstacles
 
 BEYOND = 3
-"""Number of values after those of frames, which a metric leaves alone."""
+"""Number of values after the values of frames, which a metric may not change."""
 BLANKS = (1.5, -2.5)
-"""Content of the values before a metric writes them."""
+"""Content of the values before a metric writes."""
 PROGRAM = "sweep.testing.given"
 OTHER_SEED = 1
 ROUNDING = 1e-9
-"""Relative tolerance of values outside of their range."""
+"""Relative tolerance of values outside of the range."""
 
 Floats = NDArray[np.float64]
 
 
 def described(entrant: Entrant) -> None:
-    """Check that an entry has a text, and a source if its kind has one."""
+    """Check that an entry has a text, and a source if entries of the kind have one."""
     for field in ("text", "source"):
         if not getattr(entrant.entry, field, "none").strip():
             raise AssertionError(f"{entrant.place}: {entrant.words} has no {field}")
@@ -50,26 +50,26 @@ def values(entrant: Entrant) -> None:
     """Check the values that a metric writes.
 
     A metric writes one number per frame, and nothing else. The number depends neither
-    on the earlier content nor on other frames. It is in the range that the metric
-    declares.
+    on the earlier content nor on other frames. The number is in the range that the
+    metric declares.
     """
     for job in entrant.jobs():
         for error in _wrong_values(flight_of(job), entrant.entry):
             raise AssertionError(
                 f"{entrant.place}: {error} ({in_words(job)}); write values[f] once for"
-                " each f in range(filled), from frame f alone, and nothing else"
+                " each f in range(filled), from frame f only, and nothing else"
             )
         if error := _beyond(flight_of(job), entrant.entry):
             raise AssertionError(
-                f"{entrant.place}: {error} ({in_words(job)}); let low and high of the"
-                " metric be such that all values lie between them"
+                f"{entrant.place}: {error} ({in_words(job)}); choose low and high of"
+                " the metric so that the range contains all values"
             )
 
 
 def _beyond(flight: Any, metric: Metric) -> str:
     """Return the first value outside of the range that a metric declares, in words.
 
-    It is "" if there is none, except for rounding.
+    Return "" without such a value. Rounding does not count.
     """
     numbers = measured(flight, metric, np.full(flight.filled, BLANKS[0]))
     low, high = declaration_of(metric).support
@@ -79,7 +79,7 @@ def _beyond(flight: Any, metric: Metric) -> str:
         return ""
     first = int(beyond[0])
     return (
-        f"frame {first} has the value {float(numbers[first])!r}, and"
+        f"frame {first} has the value {float(numbers[first])!r}, but"
         f" {declaration_of(metric).support.words} is declared"
     )
 
@@ -91,12 +91,12 @@ def _wrong_values(flight: Any, metric: Any) -> Iterator[str]:
         measured(flight, metric, np.full(filled + BEYOND, blank)) for blank in BLANKS
     )
     if _read_by_metrics(flight) != before:
-        yield "it changes the frames, the ground or the world that it reads"
+        yield "the metric changes frames, ground or world, which are read-only"
     if (first[filled:] != BLANKS[0]).any() or (second[filled:] != BLANKS[1]).any():
-        yield "it writes values beyond those of the frames"
+        yield "the metric writes values beyond the last frame"
     for f in range(filled):
         if first[f : f + 1].tobytes() != second[f : f + 1].tobytes():
-            yield f"it does not write the value of frame {f} of {filled}"
+            yield f"the metric does not write the value of frame {f} of {filled}"
     record = flight.record
     for f in range(filled):
         alone = record.frames._replace(
@@ -110,8 +110,8 @@ def _wrong_values(flight: Any, metric: Any) -> Iterator[str]:
         metric.measure(*arguments, value)
         if value.tobytes() != first[f : f + 1].tobytes():
             yield (
-                f"frame {f} has the value {float(first[f])!r} among {filled}, and"
-                f" {float(value[0])!r} alone"
+                f"frame {f} has the value {float(first[f])!r} among {filled} frames,"
+                f" but {float(value[0])!r} alone"
             )
 
 
@@ -127,21 +127,21 @@ def interpreter(entrant: Entrant) -> None:
     _same_elsewhere(
         entrant,
         "in plain Python",
-        "write x * x * x for x**3, loops for NumPy's sums, and integers below 2**63",
+        "write x * x * x for x**3, loops for sums of NumPy, and integers below 2**63",
         NUMBA_DISABLE_JIT="1",
     )
 
 
 def repeats(entrant: Entrant) -> None:
-    """Check that an entry draws the same values again.
+    """Check that a repeated draw of an entry is bitwise identical.
 
-    The second time and in another process, the values are bitwise identical.
+    The draw is repeated in this process and in another process.
     """
-    way = "draw only from the random numbers that it gets, and keep nothing in globals"
+    way = "draw only from the given random numbers, and keep nothing in globals"
     for first, again in zip(given(entrant), given(entrant), strict=True):
         if first.numbers.tobytes() != again.numbers.tobytes():
             where = (
-                f"{entrant.place}: {entrant.words} draws something else the second time"
+                f"{entrant.place}: {entrant.words} draws other values the second time"
             )
             raise AssertionError(f"{where} ({first.where}); {way}")
     _same_elsewhere(entrant, "in another process", way, PYTHONHASHSEED="7")
@@ -165,10 +165,10 @@ def _same_elsewhere(entrant: Entrant, where: str, way: str, **environment: str) 
 def _first(mine: Floats, theirs: Floats) -> str:
     """Return the first number that differs, in words."""
     if mine.shape != theirs.shape:
-        return f", as many as {theirs.shape} and here {mine.shape}"
+        return f", in an array of shape {theirs.shape}, not {mine.shape}"
     unlike = np.flatnonzero(mine.view(np.uint64) != theirs.view(np.uint64))[0]
     pair = float(theirs.ravel()[unlike]), float(mine.ravel()[unlike])
-    return f", {pair[0]!r} for {pair[1]!r}"
+    return f", {pair[0]!r} instead of {pair[1]!r}"
 
 
 def bounds(entrant: Entrant) -> None:
@@ -183,23 +183,23 @@ def bounds(entrant: Entrant) -> None:
 
 
 def _wrong_obstacles(sample: Given) -> str | None:
-    """Return the error in the obstacles of a map; None if they are valid.
+    """Return the error in the obstacles of a map; None for valid obstacles.
 
-    A trial itself rejects numbers that are not finite.
+    A trial rejects numbers that are not finite.
     """
     assert sample.job is not None
     width, height = _sides(sample)
     boxes = boxes_of(obstacles(sample.job), width, height)
     x, y, wide, high, disc = boxes.T
     if ((wide < 0) | (high < 0)).any():
-        return "an obstacle has a negative half width or height; give all from 0 on"
+        return "an obstacle has a negative half width or height; allowed: at least 0"
     if not np.isin(disc, (0.0, 1.0)).all():
-        return "the last column is 1 for a disc and 0 for a rectangle, and nothing else"
+        return "the last column is neither 0 nor 1; use 1 for a disc, 0 for a rectangle"
     beyond = (x + wide < 0) | (x - wide > width) | (y + high < 0) | (y - high > height)
     for row in boxes[beyond][:1].tolist():
         return (
-            f"an obstacle about ({row[0]:g}, {row[1]:g}) lies outside the world of"
-            f" {width:g} by {height:g}; place all within settings.width and height"
+            f"an obstacle about ({row[0]:g}, {row[1]:g}) is outside the world of"
+            f" {width:g} by {height:g}; use settings.width and settings.height"
         )
     return None
 
@@ -209,14 +209,14 @@ def _wrong_flock(sample: Given) -> str | None:
     n = int(sample.job.settings["n"])
     width, height = _sides(sample)
     if sample.numbers.shape != (4, n):
-        return f"it gives {sample.numbers.shape[1]} boids, and n is {n}"
+        return f"the flock has {sample.numbers.shape[1]} boids, but n is {n}"
     if not np.isfinite(sample.numbers).all():
         return "a position or a velocity is not finite; empty_flock(n) begins with 0"
     x, y = sample.numbers[:2]
     for i in np.flatnonzero((x < 0) | (x > width) | (y < 0) | (y > height))[:1]:
         return (
             f"boid {i} begins at ({x[i]:g}, {y[i]:g}), outside the world of {width:g}"
-            f" by {height:g}; place all within world.width and height"
+            f" by {height:g}; use world.width and world.height"
         )
     return None
 
@@ -229,14 +229,14 @@ def _sides(sample: Given) -> tuple[float, float]:
 def _wrong_cube(sample: Given) -> str | None:
     numbers = sample.numbers
     if len(numbers) not in [len(SIDES) * points for points in POINTS]:
-        return f"it gives {len(numbers)} numbers; give cube.points for each of names"
+        return f"draw gives {len(numbers)} numbers; give cube.points per name"
     if not ((numbers >= 0) & (numbers < 1)).all():
-        return "its numbers are to be at least 0 and below 1"
+        return "a number is outside the unit cube; allowed: from 0 to below 1"
     return None
 
 
 def seeds(entrant: Entrant) -> None:
-    """Check that a map whose obstacles depend on the seed says `random=True`."""
+    """Check that a map whose obstacles depend on the seed has `random=True`."""
     if entrant.entry.random:
         return
     for sample in given(entrant):
@@ -245,5 +245,5 @@ def seeds(entrant: Entrant) -> None:
         if numbers_of(obstacles(job)).tobytes() != sample.numbers.tobytes():
             raise AssertionError(
                 f"{entrant.place}: {entrant.words} draws other obstacles for another"
-                " seed; write Map(..., random=True), else all trials have the same ones"
+                " seed; write Map(..., random=True), otherwise all trials share a map"
             )

@@ -22,9 +22,9 @@ def of_function(function: Callable[..., Any]) -> Place:
 
 
 def of_field(model: Model, field: str) -> Place:
-    """Return the line at which a Model has a field.
+    """Return the line of a field in a Model.
 
-    Without such a line it is the line of the Model itself.
+    Without such a line, return the line of the Model.
     """
     file = _file_of(model)
     calls = [
@@ -40,7 +40,7 @@ def of_field(model: Model, field: str) -> Place:
 
 
 def of_setting(model: Model, name: str) -> Place:
-    """Return the line of a parameter in the class of its Params."""
+    """Return the line of a parameter in the class Params."""
     file = _file_of(model)
     for node in _nodes(file):
         if isinstance(node, ast.ClassDef) and node.name == model.params.__name__:
@@ -53,7 +53,7 @@ def of_setting(model: Model, name: str) -> Place:
 def of_value(model: Model, name: str) -> Place:
     """Return the last line at which a dictionary has a value of a parameter.
 
-    Without such a line it is the line of the presets.
+    Without such a line, return the line of the presets.
     """
     file = _file_of(model)
     lines = [
@@ -69,7 +69,7 @@ def of_value(model: Model, name: str) -> Place:
 def of_error(error: BaseException) -> Place | None:
     """Return the innermost line of the author at which an error was raised.
 
-    It is None if the author wrote no line of the traceback.
+    Return None for a traceback without a line of the author.
     """
     frames = traceback.extract_tb(error.__traceback__)
     return next(

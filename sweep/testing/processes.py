@@ -1,4 +1,4 @@
-"""The check that a model has the same results in any number of processes."""
+"""The check that results do not depend on the number of processes."""
 
 from unittest import SkipTest
 
@@ -12,12 +12,9 @@ WORKERS = 2
 
 
 def workers(subject: Subject) -> None:
-    """Check that trials have the same results in this process and in two workers.
-
-    The results are compared bit by bit.
-    """
+    """Check that trials are bitwise identical in this process and in two workers."""
     if not subject.travels:
-        raise SkipTest("only registered models, and those of a file, go to workers")
+        raise SkipTest("only registered models and models of a file run in workers")
     jobs = list(every_way(subject))
     engine = Loky(WORKERS)
     try:
@@ -29,9 +26,9 @@ def workers(subject: Subject) -> None:
         if mismatch := _difference(mine, theirs):
             place = of_function(subject.model.advance)
             raise AssertionError(
-                f"{place}: {mismatch} ({in_words(job)}); a trial may depend on nothing"
-                " but its job: draw only from rng, and change nothing outside the flock"
-                " and work"
+                f"{place}: {mismatch} ({in_words(job)}); a trial may depend only on the"
+                " job: draw only from rng, and change nothing outside the flock and"
+                " work"
             )
 
 
@@ -39,7 +36,7 @@ def _difference(mine: Result, theirs: Result) -> str | None:
     if mine.status != theirs.status:
         error = theirs.error.partition("\n")[0] or mine.error.partition("\n")[0]
         return (
-            f"a trial is {mine.status} in one process and {theirs.status} in two:"
+            f"a trial is {mine.status} in one process, but {theirs.status} in two:"
             f" {error}"
         )
     assert mine.trajectory is not None

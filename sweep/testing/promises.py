@@ -1,4 +1,4 @@
-"""All promises by name, and their outcomes for one model."""
+"""All promises by name, and the outcomes for one model."""
 
 import time
 import traceback
@@ -29,7 +29,7 @@ from sweep.testing.symmetries import symmetries
 
 @dataclass(frozen=True)
 class Promise:
-    """A promise of every model, or of all other entries of a kind.
+    """A promise of every model, or of all entries of another kind.
 
     `check` raises AssertionError if the promise is broken, and SkipTest if it does not
     apply. `text` is the promise in words.
@@ -40,58 +40,58 @@ class Promise:
 
 
 ALL: dict[str, Promise] = {
-    "settings": Promise(settings, "every setting has a text, a unit and a range"),
+    "settings": Promise(settings, "every parameter has a text, a unit and a range"),
     "presets": Promise(presets, "every preset is complete and allowed"),
     "allocation": Promise(allocation, "a step is compiled, and allocates nothing"),
-    "calls": Promise(calls, "a step keeps the flock before it, and tells the grid"),
-    "interpreter": Promise(interpreter, "compiled or not, the bits are the same"),
-    "grid": Promise(grid, "any grid finds the neighbours that all pairs find"),
-    "restart": Promise(restart, "a trial goes on from any step to the same bits"),
-    "robots": Promise(robots, "its robots can do what the model declares"),
-    "motors": Promise(motors, "with motors each boid is driven once in each step"),
-    "workers": Promise(workers, "two workers give the bits of one process"),
-    "symmetries": Promise(symmetries, "the declared symmetries hold"),
+    "calls": Promise(calls, "a step keeps previous velocities and updates the grid"),
+    "interpreter": Promise(interpreter, "identical results, compiled or interpreted"),
+    "grid": Promise(grid, "any grid finds the neighbours of a search of all pairs"),
+    "restart": Promise(restart, "a trial that resumes from any step is identical"),
+    "robots": Promise(robots, "declared abilities agree with the source code"),
+    "motors": Promise(motors, "actuation drives each boid once in each step"),
+    "workers": Promise(workers, "identical results with one process or two workers"),
+    "symmetries": Promise(symmetries, "the declared symmetries are true"),
     "reach": Promise(reach, "nothing beyond the declared reach changes a step"),
-    "device": Promise(device, "it can fly on a GPU with the same bits"),
+    "device": Promise(device, "a GPU can run the model with identical results"),
 }
 """Promises of models by name, in the best order to fix them."""
 PROMISES = tuple(ALL)
 """Names of all promises of models."""
-DESCRIBED = Promise(offered.described, "it has a text, and says where it is from")
+DESCRIBED = Promise(offered.described, "a text and a source are given")
 REPEATS = Promise(
-    offered.repeats, "again, and in another process, the bits are the same"
+    offered.repeats, "identical values in a second draw and in another process"
 )
 OFFERED: dict[str, dict[str, Promise]] = {
     "metrics": {
         "described": DESCRIBED,
         "allocation": Promise(
-            offered.allocation, "it is compiled, and allocates nothing"
+            offered.allocation, "compiled, without allocation of memory"
         ),
-        "values": Promise(offered.values, "it writes its values, and nothing else"),
+        "values": Promise(offered.values, "one value per frame, and nothing else"),
         "interpreter": Promise(
-            offered.interpreter, "compiled or not, the bits are the same"
+            offered.interpreter, "identical results, compiled or interpreted"
         ),
     },
     "maps": {
         "described": DESCRIBED,
-        "bounds": Promise(offered.bounds, "its obstacles lie in the world"),
-        "seeds": Promise(offered.seeds, "it says whether it depends on the seed"),
+        "bounds": Promise(offered.bounds, "all obstacles are in the world"),
+        "seeds": Promise(offered.seeds, "a dependence on the seed is declared"),
         "repeats": REPEATS,
     },
     "starts": {
         "described": DESCRIBED,
-        "bounds": Promise(offered.bounds, "its n boids begin in the world"),
+        "bounds": Promise(offered.bounds, "all n boids begin in the world"),
         "repeats": REPEATS,
     },
     "samplers": {
         "described": DESCRIBED,
-        "bounds": Promise(offered.bounds, "its points lie in the unit cube"),
+        "bounds": Promise(offered.bounds, "all points are in the unit cube"),
         "repeats": REPEATS,
     },
 }
-"""Promises of the other entries of a file, by kind and name."""
+"""Promises of metrics, maps, initial conditions and samplers, by kind and name."""
 NEEDED = ("settings", "presets", "allocation", "calls")
-"""Promises without which the others cannot be checked."""
+"""Promises that must be kept before further promises can be checked."""
 KEPT = "kept"
 BROKEN = "broken"
 ELSEWHERE = "does not apply"
@@ -125,7 +125,7 @@ def assert_keeps(model: Model | str | Path, promise: str) -> None:
     Parameters
     ----------
     model : Model, str or Path
-        A Model, the path of a file with one such as ``"vortex.py"`` or
+        A Model, the path of a file with a Model such as ``"vortex.py"`` or
         ``"vortex.py:NAME"``, an object of a module such as ``"package.module:NAME"``,
         or the name of a registered model.
     promise : str
@@ -184,9 +184,9 @@ def assert_offers(file: str | Path) -> None:
 
 
 def check_file(reference: str) -> Iterator[Kept]:
-    """Yield the outcome of each promise of a model and of the rest of its file.
+    """Yield the outcome of each promise of a model and of the rest of the file.
 
-    A file without a model is checked for its other entries alone.
+    For a file without a model, only the further entries are checked.
     """
     checked = entrants(reference)
     if not checked or has_model(reference):
@@ -229,7 +229,7 @@ def _checked(
 def _check(promise: Promise, checked: Subject | Entrant) -> None:
     """Check a promise of a model or another entry.
 
-    An error that the code raises, or kernels with it, breaks the promise, too.
+    An error that the code raises, or kernels during the check, also breaks the promise.
     """
     try:
         promise.check(checked)
@@ -237,6 +237,6 @@ def _check(promise: Promise, checked: Subject | Entrant) -> None:
         raise
     except Exception as error:
         last = traceback.extract_tb(error.__traceback__)[-1]
-        if Path(last.filename).parent == Path(__file__).parent:  # it is ours
+        if Path(last.filename).parent == Path(__file__).parent:  # an error in a check
             raise
         raise AssertionError(sentence(error)) from error

@@ -33,14 +33,14 @@ NEAREST = 0.3
 FARTHEST = 0.9
 """Distances between which boids outside the cone are placed, in ranges of sight."""
 CORNER = 0.01
-"""Coordinates of the observer in a periodic world, as a fraction of its side."""
+"""Coordinates of the observer in a periodic world, as a fraction of the side."""
 MOST_ROOM = 2
-"""Maximum room in a periodic world, in ranges: farther boids come near again."""
+"""Maximum room in a periodic world, in ranges; farther boids are near again."""
 
 Places = Callable[[float], Floats | None]
 """Positions of the boids (2, N), at a distance larger by the room for moves in a step.
 
-The argument is the room. The positions are None if there are no such ones.
+The argument is the room. The result is None if no such positions exist.
 """
 
 
@@ -52,11 +52,11 @@ class Observed(NamedTuple):
 
 
 def reach(subject: Subject) -> None:
-    """Check that a step of a boid depends only on what it can perceive.
+    """Check that a step of a boid depends only on its perception.
 
-    The step is bitwise identical wherever the boids are that `sight` excludes: too far
-    away, or outside the cone. It is the same with or without obstacles beyond
-    `obstacle_reach`.
+    The step is bitwise identical for all positions of the boids that `sight` excludes:
+    too far away, or outside the cone. The step is also bitwise identical with and
+    without obstacles beyond `obstacle_reach`.
 
     If boids move by d within a step, the boids are at least 2 d beyond the range. The
     check uses an open world, and a periodic one across its borders.
@@ -74,13 +74,13 @@ def reach(subject: Subject) -> None:
             )
             tried += _obstacles(subject, job, state) if is_open else 0
     if not fitting:
-        raise SkipTest("it has no flight in an open world, nor in a periodic one")
+        raise SkipTest("the model runs in no open world and in no periodic world")
     if not tried:
-        raise SkipTest("its boids see everyone, and obstacles act from anywhere")
+        raise SkipTest("boids perceive all boids, and obstacles act at any distance")
 
 
 def _boids(subject: Subject, job: Job, state: State, observer: int) -> int:
-    """Check flocks around an observer in the middle; return their number."""
+    """Check flocks around an observer in the middle; return the number of flocks."""
     outcomes = [
         (words, outcome)
         for words, places in _unseen(subject, job, state, observer)
@@ -88,13 +88,13 @@ def _boids(subject: Subject, job: Job, state: State, observer: int) -> int:
     ]
     for words, other in outcomes[1:]:
         reference = outcomes[0][1]
-        # Those before it may draw other numbers, which changes its own.
+        # Earlier boids may draw more numbers, and so change the numbers of later boids.
         comparable = observer == 0 or reference.noise == other.noise
         if comparable and reference.bits != other.bits:
             raise AssertionError(
                 f"{of_function(subject.model.sight)}: boids {words} change the step of"
                 f" boid {observer} ({in_words(job)}); sight must declare all that"
-                " advance looks at"
+                " advance reads"
             )
     return len(outcomes[1:])
 
@@ -102,7 +102,7 @@ def _boids(subject: Subject, job: Job, state: State, observer: int) -> int:
 def _unseen(
     subject: Subject, job: Job, state: State, observer: int
 ) -> Iterator[tuple[str, Places]]:
-    """Yield positions of boids outside of `sight`, with words for them."""
+    """Yield positions of boids outside of `sight`, with a description in words."""
     sight = sight_of(job, subject)
     length = float(job.settings["width"]) / SIDE
     vx, vy = (float(state.arrays[f"flock.{name}"][observer]) for name in ("vx", "vy"))
@@ -125,7 +125,7 @@ def _unseen(
 def _ring(job: Job, observer: int, draw: int, beyond: float, length: float) -> Places:
     """Return positions farther away than `beyond`.
 
-    The distance beyond it is the room for moves, and up to one range of sight.
+    The additional distance is the room for moves, and up to one range of sight.
     """
 
     def places(room: float) -> Floats | None:
@@ -143,7 +143,7 @@ def _behind(
 ) -> Places:
     """Return positions within the range, but outside the cone.
 
-    Their angles from the direction `ahead` are larger than `half`, in radians.
+    The angles from the direction `ahead` are larger than `half`, in radians.
     """
 
     def places(room: float) -> Floats | None:
@@ -161,7 +161,7 @@ def _behind(
 def _about(job: Job, observer: int, distances: Floats, angles: Floats) -> Floats:
     """Return positions around the observer, shape (2, N).
 
-    The observer is in the middle of an open world, and at a corner of a periodic one.
+    The observer is in the middle of an open world, or at a corner of a periodic world.
     """
     distances[observer] = 0.0
     around: Floats = distances * np.stack([np.cos(angles), np.sin(angles)])
@@ -172,13 +172,13 @@ def _about(job: Job, observer: int, distances: Floats, angles: Floats) -> Floats
 
 
 def _obstacles(subject: Subject, job: Job, state: State) -> int:
-    """Check worlds with obstacles around the first boid; return their number."""
+    """Check worlds with obstacles around the first boid; return the number."""
     model = subject.model
     beyond = model.obstacle_reach(params_of(job, subject))
     length = float(job.settings["width"]) / SIDE
     if model.occupancy or math.isinf(beyond):
         return 0
-    # Obstacles would be left out by the declared reach itself.
+    # With the declared reach, obstacles would be left out.
     job = replace(job, known=subject.variant(obstacle_reach=_everywhere).known)
     far = _ring(job, 0, 0, 2 * length, length=length)
     for draw in range(DRAWS):
@@ -215,7 +215,7 @@ def _rocks(job: Job, beyond: float, length: float, rng: Generator) -> Obstacles:
 def _settled(job: Job, state: State, observer: int, places: Places) -> Observed | None:
     """Return the outcome of the observer, with room enough for moves.
 
-    It is None if no room is enough.
+    Return None if no room is enough.
     """
     room = _room(job, state, observer, places)
     return None if room is None else _after(job, state, observer, places(room))[0]
@@ -224,8 +224,8 @@ def _settled(job: Job, state: State, observer: int, places: Places) -> Observed 
 def _room(job: Job, state: State, observer: int, places: Places) -> float | None:
     """Return at least twice the largest move of a boid in the next step.
 
-    The move depends on the positions, so the room is found by trying. It is None if no
-    room is enough.
+    The move depends on the positions, so the room is found by trials of several values.
+    Return None if no room is enough.
     """
     room = 0.0
     for _ in range(MOST_TRIES):

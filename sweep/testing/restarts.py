@@ -18,7 +18,7 @@ from sweep.testing.places import of_function
 from sweep.testing.subject import Subject
 
 KEPT = (1, 4, STEPS - 1)
-"""Steps after which the state is taken, and another trial resumes from it."""
+"""Steps after which the state is taken, so that another trial can resume."""
 
 
 def restart(subject: Subject) -> None:
@@ -36,22 +36,22 @@ def restart(subject: Subject) -> None:
                 uninterrupted.steps[late:],
                 uninterrupted.last,
             )
-            if mismatch := difference(rest, flown, "in one go", way):
+            if mismatch := difference(rest, flown, "without a pause", way):
                 raise AssertionError(
                     f"{of_function(subject.model.advance)}: {mismatch}"
-                    f" ({in_words(job)}); from step to step keep only what is in the"
-                    " flock and in work, no variable, draw only from rng, and do not"
-                    " ask how many steps are left"
+                    f" ({in_words(job)}); between steps keep values only in the flock"
+                    " and in work, not in a variable, draw only from rng, and do not"
+                    " use the number of remaining steps"
                 )
 
 
 def _ways(job: Job) -> Iterator[tuple[str, Flown]]:
-    """Yield an interrupted trial, with words for its interruption before it."""
+    """Yield interrupted trials, each after a description of the interruption."""
     yield "step by step", fly(job, (1,) * STEPS)
     for step in KEPT:
         shorter = replace(job, settings=job.settings | {"steps": step})
-        origins = ((job, ""), (shorter, ", the last one of a shorter trial"))
+        origins = ((job, ""), (shorter, ", the last step of a shorter trial"))
         for origin, ended in origins:
             if state := begun(origin, step):
                 flown = resume(job, state, (STEPS - step,))
-                yield f"if it goes on from step {step}{ended}", flown
+                yield f"when resumed from step {step}{ended}", flown

@@ -1,4 +1,4 @@
-"""The model that is checked, and the reference by which processes find it."""
+"""The checked model, and the reference by which processes find the model."""
 
 import importlib
 import sys
@@ -18,9 +18,9 @@ from sweep.text import unknown
 class Subject:
     """A model with the catalogue that contains it.
 
-    `reference` finds the model in another process, as `subject` reads it. A Model that
-    is in no file has none. `refused` is the reason why studies cannot name the model of
-    a file, or "".
+    `reference` finds the model in another process, in the form that `subject` reads;
+    a Model without a file has no reference. `refused` is the reason why studies cannot
+    name the model of a file, or "".
     """
 
     model: Model
@@ -39,7 +39,7 @@ class Subject:
         return self.known is BUILT_IN or bool(self.known.runs)
 
     def variant(self, **fields: Any) -> "Subject":
-        """Return the same model with other values of some fields of Model."""
+        """Return the model with other values of some fields of Model."""
         model = self.model._replace(**fields)
         return replace(self, model=model, known=entered(model), reference="")
 
@@ -47,9 +47,9 @@ class Subject:
 def subject(model: Model | str | Path) -> Subject:
     """Return the subject of a model.
 
-    `model` is a Model, the name of a registered one, or a reference: `vortex.py`,
+    `model` is a Model, the name of a registered model, or a reference: `vortex.py`,
     `vortex.py:NAME` or `package.module:NAME`. Raises ChoiceError for an unknown model,
-    and CodeError for a file without a valid one.
+    and CodeError for a file without a valid model.
     """
     if isinstance(model, Model):
         return _of_model(model)

@@ -1,4 +1,4 @@
-"""The check that a model has the symmetries that it declares."""
+"""The check that a model has the declared symmetries."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -24,8 +24,8 @@ TOLERANCE = 1e-10
 """Tolerance as a fraction of the side of the world.
 
 For velocities the unit is the side per step, or the highest speed. Rounding is 1e-16 of
-it, which the published models amplify to at most 1e-12 in 15 steps. A symmetry that
-does not hold is off by more than 1e-6.
+the unit, which the published models amplify to at most 1e-12 in 15 steps. The error of
+a broken symmetry is more than 1e-6.
 """
 PLACES = (("flock.x", "flock.y"),)
 VECTORS = (
@@ -35,7 +35,7 @@ VECTORS = (
 )
 STATES = ("work.state", "work.state_before")
 BY_BOID = ("flock.", "work.heading_", "work.state")
-"""Prefixes of the names of arrays whose last axis is that of the boids."""
+"""Prefixes of the names of arrays with boids along the last axis."""
 
 
 class Transform(NamedTuple):
@@ -53,7 +53,7 @@ class Transform(NamedTuple):
     rows: tuple[tuple[int, int], ...]
 
     def of(self, state: State) -> State:
-        """Return the changed state; other arrays of boids only follow the order."""
+        """Return the changed state; further arrays of boids only follow the order."""
         arrays = {name: array.copy() for name, array in state.arrays.items()}
         for pairs, shift in ((PLACES, self.shift), (VECTORS, np.zeros((2, 1)))):
             for names in pairs:
@@ -72,16 +72,16 @@ class Transform(NamedTuple):
 
 
 def symmetries(subject: Subject) -> None:
-    """Check that a changed flock moves as the flock does, changed.
+    """Check that a changed flock moves like the original flock, after the change.
 
     The changes are shifts, rotations, reflections and other orders of the boids. The
-    check uses a world without obstacles, whose middle is the goal, and holds within
-    TOLERANCE.
+    check uses a world without obstacles, with the goal in the middle, and a tolerance
+    of TOLERANCE.
     """
     declared = subject.model.symmetries
     place = of_field(subject.model, "symmetries")
     if not declared:
-        raise SkipTest("it declares no symmetry")
+        raise SkipTest("the model declares no symmetry")
     if message := _not_readable(subject, declared):
         raise AssertionError(f"{place}: {message}")
     known = list(subject.model.state)
@@ -93,21 +93,21 @@ def symmetries(subject: Subject) -> None:
             for change in _changes(name, near, rows):
                 if error := _broken(near, change):
                     raise AssertionError(
-                        f'{place}: "{name}" does not hold ({in_words(job)}): {error};'
-                        " declare the settings with which it does, or declare it not"
+                        f'{place}: "{name}" is broken ({in_words(job)}): {error};'
+                        " declare the required parameter values, or delete the symmetry"
                     )
 
 
 def _not_readable(subject: Subject, declared: Any) -> str | None:
     """Return the error in the declaration of symmetries; None if valid."""
     if not isinstance(declared, Mapping):
-        return 'symmetries are written as {"translation": {"setting": value}}'
+        return 'write symmetries as {"translation": {"parameter": value}}'
     for name, settings in declared.items():
         if name not in get_args(Symmetry):
             return unknown("symmetry", name, get_args(Symmetry))
         for setting, value in settings.items():
             if setting not in subject.settings:
-                return f"{name}: {unknown('setting', setting, subject.settings)}"
+                return f"{name}: {unknown('parameter', setting, subject.settings)}"
             try:
                 subject.settings[setting].coerce(value)
             except NotAllowedError as error:
@@ -147,7 +147,7 @@ def _changes(
 def _sorted_otherwise(job: Job) -> NDArray[np.intp]:
     """Return another order of boids, shape (N,).
 
-    It is within each kind, since the first boids are those of the first kind.
+    Boids change places only within a kind, because boids are sorted by kind.
     """
     rng = np.random.default_rng(6)
     orders: list[NDArray[np.intp]] = []
@@ -169,15 +169,16 @@ def _about_the_middle(same: Transform, angle: float, side: float) -> Transform:
 def _is_synchronous(job: Job) -> bool:
     """Return whether the boids of a trial have no order.
 
-    Boids that see each other's new states one after the other have an order.
+    Boids that perceive new states one after the other have an order.
     """
     return job.settings.get("update") != "sequential"
 
 
 def _broken(job: Job, change: Transform) -> str | None:
-    """Return the difference between the changed flock and the flock, changed, in words.
+    """Return the difference between the two changed flocks in words.
 
-    It is None within TOLERANCE.
+    One flock is changed before the trial, the other after the trial. Return None within
+    TOLERANCE.
     """
     state = begun(job)
     if state is None:

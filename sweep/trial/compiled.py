@@ -1,19 +1,24 @@
 """The built-in package `kernels`, and the private folder of its compiled code.
 
-Another distribution has a package of the same name. So the finder looks only at one
-path: next to `sweep` in a checkout, and inside it in a wheel.
+Another distribution has a package with this name. So the finder looks only at a single
+path: next to `sweep` in a checkout, and inside `sweep` in a wheel.
 
-The cache of numba consists of pickles. A user who can write there, or rename a parent
-folder, can run code as the owner. So the folder and all its parents and links must
-belong to the owner or to root, and no other user may write them. ssh has the same
-requirement for a home folder. A private group of the user may write, as in Debian's
-ssh, because a umask of 002 is common with such groups. A parent may also be sticky,
-such as /tmp: there only its owner can change an entry. Root is the owner of `/`, which
-may be another user in a container.
+The cache of numba consists of pickles. A user with permission to write there, or to
+rename a parent folder, can run code as the owner. So the cache folder, its parents and
+all links must belong to the owner or to root. No further user may have permission to
+write there. This is also a requirement of ssh for a home folder.
 
-If a requirement does not hold, or nothing can be written, kernels are compiled into a
-temporary folder. Worker processes share it, because they inherit the environment. It is
-deleted when the process ends that created it.
+There are three exceptions:
+
+- A private group of the user may write, as in Debian's ssh, because a umask of 002 is
+  common with private groups.
+- A parent may also be sticky, such as /tmp: there only the owner of an entry can change
+  it.
+- The owner of `/` counts as root, which may be another user in a container.
+
+If a requirement does not hold, or the folder is not writable, kernels are compiled into
+a temporary folder. Worker processes share the temporary folder, because the environment
+is inherited. The process that created the folder deletes it at exit.
 """
 
 import atexit
@@ -40,7 +45,7 @@ WAY_OUT = f"Set {VARIABLE} to a folder that you alone can write."
 NOTHING_IS_KEPT = "BOIDSWEEP_KEEPS_NO_KERNELS"
 """Environment variable, set after the warning that the folder cannot be written.
 
-Worker processes inherit it, so that the warning is printed once.
+Worker processes inherit the variable, so that the warning is printed once.
 """
 LOG = logging.getLogger("sweep")
 
@@ -48,15 +53,16 @@ LOG = logging.getLogger("sweep")
 class OurKernels:
     """Finder for `sys.meta_path` that finds only the built-in `kernels`.
 
-    It calls `settle` first, because `kernels` reads NUMBA_CACHE_DIR on import. Then
-    numba ignores its configuration in the current folder, unless it was imported
-    before. The folder is checked only when kernels are needed, not for `sweep --help`.
+    The finder calls `settle` first, because `kernels` reads NUMBA_CACHE_DIR on import.
+    Then numba ignores configuration files in the current folder, unless numba was
+    imported before. The folder is checked only when kernels are needed, not for `sweep
+    --help`.
     """
 
     def find_spec(self, name: str, *_: Any) -> ModuleSpec | None:
-        """Return the spec of `kernels`, None for any other module.
+        """Return the spec of `kernels`, None for any further module.
 
-        Raises ImportError if the package is not in its folder.
+        Raises ImportError if the package is not in the built-in folder.
         """
         if name != "kernels":
             return None
@@ -99,12 +105,12 @@ def settle() -> None:
         make_private(usual())
     except CacheError as error:
         os.environ[VARIABLE] = str(_temporary(error))
-        words = "compiled kernels are kept for this process only"
+        words = "compiled kernels are stored for this process only"
         LOG.warning("%s: %s. %s", words, error, WAY_OUT)
 
 
 def usual() -> Path:
-    """Return the folder where `kernels` stores compiled code, by its own rules.
+    """Return the folder where the package `kernels` stores compiled code.
 
     Raises CacheError for a relative path, because the current folder may be untrusted.
     """
@@ -114,15 +120,15 @@ def usual() -> Path:
     except RuntimeError:
         raise CacheError("you have no home folder") from None
     if not Path(cache).is_absolute():
-        raise CacheError(f"{cache} is another folder wherever you stand")
+        raise CacheError(f"{cache} is relative to the current folder")
     return Path(cache) / NAME
 
 
 def make_private(folder: Path) -> None:
     """Create a folder if it does not exist, with permissions only for the user.
 
-    Raises CacheError if other users can write it or could until now, or if the user
-    cannot write it.
+    Raises CacheError if further users can write the folder, or could until now, or if
+    the user cannot write it.
     """
     import tempfile
 
@@ -142,12 +148,12 @@ def make_private(folder: Path) -> None:
     except OSError as error:
         raise CacheError(f"{folder} cannot be used ({error})") from None
     except CacheError as error:
-        words = f"{error}, so {folder} may hold code of others: remove it"
+        words = f"{error}, so {folder} may hold code of other users: remove it"
         raise CacheError(words) from None
 
 
 def _way(folder: Path) -> Iterator[Path]:
-    """Yield every folder and link that leads to a folder, from the root, and itself."""
+    """Yield every folder and link on the path from the root to a folder."""
     for place in (*reversed(folder.parents), folder):
         if place.is_symlink():
             with suppress(FileNotFoundError):
@@ -157,9 +163,9 @@ def _way(folder: Path) -> Iterator[Path]:
 
 
 def _check(place: Path, *, sticky: bool = False) -> None:
-    """Raise CacheError if other users can change a file or folder, or its content.
+    """Raise CacheError if further users can change a file or folder, or its content.
 
-    With `sticky`, other users may have their own entries in it.
+    With `sticky`, further users may have their own entries in the folder.
     """
     status = place.lstat()
     if status.st_uid not in (os.geteuid(), Path("/").stat().st_uid):
@@ -169,11 +175,11 @@ def _check(place: Path, *, sticky: bool = False) -> None:
     by_group = status.st_mode & stat.S_IWGRP and not _is_private(status.st_gid)
     if by_group or status.st_mode & stat.S_IWOTH:
         mode = f"mode {stat.S_IMODE(status.st_mode):o}"
-        raise CacheError(f"{place} can be written by others ({mode})")
+        raise CacheError(f"{place} can be written by other users ({mode})")
 
 
 def _is_private(number: int) -> bool:
-    """Return whether a group has the user's name and no other members."""
+    """Return whether a group has the user's name and no further members."""
     import grp
     import pwd
 
@@ -188,7 +194,7 @@ def _is_private(number: int) -> bool:
 def _temporary(why: CacheError) -> Path:
     """Return a new private folder, which is deleted when the process ends.
 
-    Raises CacheError, with both reasons, if none can be created.
+    Raises CacheError, with two reasons, if no folder can be created.
     """
     import tempfile
 
@@ -197,6 +203,6 @@ def _temporary(why: CacheError) -> Path:
         atexit.register(shutil.rmtree, folder, ignore_errors=True)
         make_private(folder / NAME)
     except (OSError, CacheError) as error:
-        words = f"no folder can keep compiled kernels: {why}; a temporary one: {error}"
+        words = f"no folder can store compiled kernels: {why}; temporary: {error}"
         raise CacheError(f"{words}. {WAY_OUT}") from None
     return folder

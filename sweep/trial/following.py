@@ -18,8 +18,8 @@ class Followed(NamedTuple):
     flock : array of int, shape (F, N)
         Number of the flock of each boid.
     fissions, fusions : array of int, shape (F,)
-        Number of fissions and fusions up to each frame, as the metrics of these names
-        count them.
+        Number of fissions and fusions up to each frame, as counted by the metrics
+        `fissions` and `fusions`.
     """
 
     flock: Numbers

@@ -1,9 +1,9 @@
 """Random numbers for kernels, from a few generators per thread.
 
 A kernel is compiled without reference counts (`kernels/jit.py`). So a generator that is
-passed to it is never freed, and a new one for every trial would leak 6 kB per trial.
-Instead a trial has only a state. For each call, a generator of the thread gets this
-state and is lent to the kernel. This leaks 50 bytes per call.
+passed to a kernel is never freed, and a new generator per trial would leak 6 kB per
+trial. Instead a trial has only a state. For each call, a generator of the thread gets
+this state and is lent to the kernel. This leaks 50 bytes per call.
 """
 
 import threading
@@ -28,7 +28,7 @@ _OWN = _Own()
 
 
 class Randomness:
-    """One stream of random numbers, equal to `np.random.default_rng(seed)`."""
+    """A stream of random numbers, equal to `np.random.default_rng(seed)`."""
 
     def __init__(self, seed: SeedSequence) -> None:
         self._state: Mapping[str, Any] = PCG64(seed).state
@@ -52,7 +52,8 @@ class Randomness:
     def lent(self, place: int = 0) -> Iterator[Generator]:
         """Lend a generator of the thread that continues this stream.
 
-        Use it only inside the block, and each `place` for one stream at a time.
+        Use the generator only inside the block, and each `place` for one stream at a
+        time.
         """
         generator = _OWN.get(place)
         generator.bit_generator.state = cast(Any, self._state)
@@ -64,7 +65,7 @@ class Randomness:
 
 @contextmanager
 def lent_to_all(streams: Sequence[Randomness], count: int) -> Iterator[list[Generator]]:
-    """Lend a generator for each of several streams, and idle ones up to `count`."""
+    """Lend generators to several streams, and idle generators up to `count`."""
     with ExitStack() as stack:
         lent = [
             stack.enter_context(stream.lent(place))

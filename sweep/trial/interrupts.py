@@ -1,7 +1,7 @@
 """Signals that ask a run to stop: Ctrl-C, SIGTERM and SIGHUP.
 
-Windows has Ctrl-Break instead of SIGHUP. All signals have the same effect, and none
-stops a run immediately.
+Windows has Ctrl-Break instead of SIGHUP. All signals have an equal effect, and no
+signal stops a run immediately.
 """
 
 import signal
@@ -15,15 +15,15 @@ SIGNALS = [
     for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
     if hasattr(signal, name)
 ]
-"""Signals that ask a run to stop, as far as the system has them."""
+"""Signals that ask a run to stop, as far as the system supports these signals."""
 
 
 @contextmanager
 def deaf() -> Iterator[bool]:
-    """Block SIGNALS in this thread, and in processes that it starts.
+    """Block SIGNALS in this thread, and in processes that the thread starts.
 
-    A new process has them blocked from its first instruction. Yields whether they are
-    blocked: Windows cannot block signals.
+    In a new process the signals are blocked from the first instruction. Yields whether
+    the signals are blocked: Windows cannot block signals.
     """
     if not hasattr(signal, "pthread_sigmask"):
         yield False
@@ -36,10 +36,10 @@ def deaf() -> Iterator[bool]:
 
 
 class HeldInterrupt:
-    """Block in which a first Ctrl-C only sets `asked`; a second one is raised.
+    """Block in which a first Ctrl-C only sets `asked`; a second Ctrl-C is raised.
 
-    The same holds for each of SIGNALS that is handled like Ctrl-C. Outside the main
-    thread nothing changes, nor for signals that are ignored or have another handler.
+    This also applies to each of SIGNALS that is handled like Ctrl-C. There is no effect
+    outside the main thread, or for signals that are ignored or have another handler.
     """
 
     def __init__(self) -> None:

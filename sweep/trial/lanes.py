@@ -1,9 +1,8 @@
 """Vectorised batches of trials, one in each lane of the processor's vectors.
 
-The results are bitwise identical to those of single trials. Trials of a batch differ
-only in seed, replicate and the weights of rules. Their model must have a form for
-lanes, see kernels.lanes. Other trials, and those that are left over, run one after the
-other.
+The results are bitwise identical to results of single trials. Trials of a batch differ
+only in seed, replicate and the weights of rules. The model must have a form for lanes,
+see kernels.lanes. All remaining trials run one after the other.
 """
 
 import os
@@ -40,10 +39,10 @@ from sweep.trial.simulation import (
 AT_ONCE = WIDTH
 """Largest number of trials in a batch."""
 LEAST = 8
-"""Smallest number of trials in a batch; the other lanes compute unused values.
+"""Smallest number of trials in a batch; the results of unused lanes are discarded.
 
 Single trials were faster with fewer: four trials of a built-in model took 0.7 to 1.0
-times as long one after the other.
+times as long in sequence.
 """
 COMPILING_TIMES = 8.0
 """Least time of all trials, as a multiple of the compile time of a kernel for lanes.
@@ -51,15 +50,15 @@ COMPILING_TIMES = 8.0
 A batch that saves an eighth of this time then pays for compiling.
 """
 STRETCHES = 10
-"""Number of places where `first_group` looks for a batch."""
+"""Number of positions where `first_group` looks for a batch."""
 STRETCH = 100
-"""Number of consecutive jobs that it looks at in each place."""
+"""Number of consecutive jobs that `first_group` looks at in each position."""
 
 Between = Callable[[float, Callable[[], None]], None]
 """Function that is called between two kernel calls.
 
-It gets the seconds of each trial so far, and a function that updates all simulations
-from the batch, so that their states can be stored.
+The function gets the seconds of each trial so far, and a function that updates all
+simulations from the batch, so that their states can be stored.
 """
 
 
@@ -84,10 +83,10 @@ def _together(jobs: Sequence[Job]) -> list[Result]:
 
 
 def worth_flying_together(jobs: Sequence[Job], seconds: float) -> bool:
-    """Return whether trials are to run in batches, and compile the kernel for it.
+    """Return whether trials are to run in batches, and compile the kernel for batches.
 
-    It is compiled here so that not every worker compiles it. The workers need `seconds`
-    to run the trials one after the other.
+    Compiling here saves the workers from compiling. The workers need `seconds` to run
+    the trials in sequence.
     """
     if os.environ.get("NUMBA_DISABLE_JIT", "0") != "0":
         return False
@@ -101,9 +100,9 @@ def worth_flying_together(jobs: Sequence[Job], seconds: float) -> bool:
 
 
 def warm_together(jobs: Sequence[Job]) -> bool:
-    """Compile the kernel for a batch of jobs, or load it from the cache.
+    """Compile the kernel for a batch of jobs, or load the kernel from the cache.
 
-    The batch takes one step. Returns False if the kernel cannot be compiled.
+    The batch takes a single step. Returns False if the kernel cannot be compiled.
     """
     model = jobs[0].known.models[jobs[0].model]
     if not is_kept_for_lanes(model):
@@ -121,7 +120,7 @@ def warm_together(jobs: Sequence[Job]) -> bool:
 
 
 def first_group(jobs: Sequence[Job]) -> list[Job]:
-    """Return the first batch of the jobs, [] if there is none.
+    """Return the first batch of the jobs, or [].
 
     Only a few stretches are searched, because there may be millions of jobs.
     """
@@ -140,8 +139,8 @@ def in_groups(
 ) -> list[Result]:
     """Return the results of jobs, in their order, with batches where possible.
 
-    If a batch fails, its jobs run alone and report their errors. If none of them fails
-    alone, a warning reports the error of the batch.
+    If a batch fails, each job runs alone and reports its error. If no job fails alone,
+    a warning reports the error of the batch.
 
     Parameters
     ----------
@@ -183,7 +182,7 @@ def _attempt(
 
 
 def _tell(error: Exception, alone: Sequence[Result]) -> None:
-    """Warn that a batch failed, if none of its trials fails alone.
+    """Warn that a batch failed, if every trial of the batch succeeds alone.
 
     A model that has no form for lanes gets no warning.
     """
@@ -195,7 +194,7 @@ def _tell(error: Exception, alone: Sequence[Result]) -> None:
 @cache
 def _say_once(model: str, error: str) -> None:
     LOG.warning(
-        "trials of %s that fail together fly one after the other, with the same"
+        "trials of %s that fail together run one after the other, with identical"
         " results; please report this defect:\n%s",
         model,
         error,
@@ -219,9 +218,11 @@ def groups(jobs: Sequence[Job]) -> Iterator[list[int]]:
 def _kind(job: Job) -> Any:
     """Return a key that the trials of a batch share; None for a trial that runs alone.
 
-    A trial runs alone if it has a time limit, stores its last state, or finds
-    neighbours without a grid. It also runs alone if its boids do not interact with all
-    perceived neighbours, or are not ideal.
+    A trial runs alone in any of these cases:
+
+    - The trial has a time limit, or stores its final state.
+    - The trial finds neighbours without a grid.
+    - Boids do not interact with all perceived neighbours, or are not ideal.
     """
     model = job.known.models[job.model]
     n = int(job.settings["n"])
@@ -247,7 +248,7 @@ def fly(
     began: float,
     between: Between = lambda _seconds, _settle: None,
 ) -> list[Result]:
-    """Run a batch of simulations to their end and return their results.
+    """Run a batch of simulations to the end and return the results.
 
     Parameters
     ----------
@@ -255,9 +256,9 @@ def fly(
         At their start, with `together=True`.
     began : float
         `time.perf_counter()` when the batch began. The seconds of each result are its
-        share of the time since then.
+        fraction of the time since then.
     between : Between
-        Is called between two kernel calls; by default it does nothing.
+        Called between two kernel calls; by default without effect.
 
     Returns
     -------

@@ -1,7 +1,7 @@
-"""Final flocks of trials, and trials that begin with them.
+"""Final flocks of trials, and trials that begin with final flocks.
 
-Such a trial has another first frame; nothing else differs. Its steps count from 0, it
-has its own random numbers, and no pixel has been visited.
+A trial that begins with a final flock differs only in the first frame. Its steps count
+from 0, it has separate random numbers, and no pixel has been visited.
 """
 
 from functools import partial
@@ -17,7 +17,7 @@ from sweep.design import Job, LastFlock
 
 
 def last_flock(flight: Flight) -> LastFlock:
-    """Return a copy of the flock of a flight."""
+    """Return a copy of the current flock of a simulation."""
     work = flight.work
     return LastFlock(
         np.stack(flight.flock[:4]),
@@ -29,7 +29,7 @@ def last_flock(flight: Flight) -> LastFlock:
 def flock_of(job: Job, begins: LastFlock) -> Flock:
     """Return a copy of the flock with which a job begins.
 
-    Raises RuntimeError if its number of boids or of state values is not that of the
+    Raises RuntimeError if the number of boids or of state values does not match the
     job.
     """
     n = int(job.settings["n"])
@@ -38,15 +38,15 @@ def flock_of(job: Job, begins: LastFlock) -> Flock:
     if shapes != ((4, n), (2, n), (rows, n)):
         boids = begins.bodies.shape[-1]
         raise RuntimeError(
-            f"trial {job.parent} has left {boids} boids with {len(begins.state)} rows"
-            f" of state, and this one has {n} with {rows}"
+            f"trial {job.parent} ended with {boids} boids with {len(begins.state)} rows"
+            f" of state, and this trial has {n} with {rows}"
         )
     x, y, vx, vy = begins.bodies.copy()
     return Flock(x, y, vx, vy, previous_vx=np.zeros(n), previous_vy=np.zeros(n))
 
 
 def starting(model: Model, begins: LastFlock | None) -> Model:
-    """Return the model, with the state values of a final flock as its initial ones."""
+    """Return the model, with the state values of a final flock as initial values."""
     if begins is None or not model.state:
         return model
     return model._replace(begin_state=partial(_copy_state, begins.state))
@@ -64,6 +64,9 @@ def _copy_state(
 
 
 def place(flight: Flight, begins: LastFlock | None) -> None:
-    """Give the boids of a flight the headings that they had, which matter at rest."""
+    """Restore the headings of the boids of a simulation.
+
+    Headings matter for boids at rest.
+    """
     if begins is not None:
         flight.work.heading_x[:], flight.work.heading_y[:] = begins.headings

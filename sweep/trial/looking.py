@@ -1,4 +1,4 @@
-"""Views of a simulation in addition to its frames; none changes it."""
+"""Views of a simulation in addition to its frames. No view changes the simulation."""
 
 import copy
 from typing import NamedTuple, cast
@@ -42,7 +42,10 @@ def sight(simulation: Simulation) -> Sight:
 
 
 def faces_heading(simulation: Simulation) -> bool:
-    """Return whether a boid at rest keeps its heading; otherwise it sees all around."""
+    """Return whether a boid at rest keeps its heading.
+
+    Otherwise a boid at rest perceives all directions.
+    """
     return simulation.flight.model.faces_heading
 
 
@@ -98,9 +101,9 @@ def _acting(simulation: Simulation) -> list[Rule]:
 def accelerations(simulation: Simulation) -> Floats:
     """Return the acceleration of each rule alone, shape (rules, 2, N).
 
-    It is the change of velocity in one step, divided by dt, minus that without rules.
-    It is not the rule's fraction of the sum if a model limits the sum of forces, or
-    prioritises rules.
+    The acceleration is the change of velocity in one step, divided by dt, minus the
+    value without rules. If a model limits the sum of forces, or prioritises rules, the
+    result is not the rule's fraction of the sum.
     """
     params = simulation.flight.params
     none = {rule.weight: 0.0 for rule in simulation.flight.model.rules}
@@ -116,7 +119,7 @@ def accelerations(simulation: Simulation) -> Floats:
 
 
 def _tried(simulation: Simulation, weights: dict[str, float]) -> Floats:
-    """Return the velocities (2, N) after one step with these weights."""
+    """Return the velocities (2, N) after one step with some weights."""
     flight = simulation.flight
     with copy.copy(simulation.noise).lent() as rng:
         return velocities_after(flight, flight.params._replace(**weights), rng)

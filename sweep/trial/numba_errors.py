@@ -1,9 +1,9 @@
-"""Errors of numba about a kernel that it cannot compile, each as one sentence.
+"""Errors of numba about a kernel that numba cannot compile, each as one sentence.
 
 The sentence has the file, the line, the code there, the broken rule and the fix. The
-messages of numba are pages long and name its own files. WITHIN and OPENINGS match its
-messages for common mistakes; each of these mistakes was tried. For other mistakes the
-sentence is that of numba.
+messages of numba are pages long and name files of numba. WITHIN and OPENINGS match
+numba's messages for common mistakes; every listed mistake was tried. For all further
+mistakes the sentence comes from numba.
 """
 
 import ast
@@ -41,7 +41,7 @@ NO_NAME = re.compile(r"NameError: name '(\w+)' is not defined")
 SILENT = re.compile(r"Failed in \w+ mode pipeline|^- Resolution failure|^\s*$")
 OWN_PACKAGE = re.compile(r"^own_[0-9a-f]+/")
 ARGUMENTS = (Flock, World, Workspace, Grid, Near, Reach, Record, Scenery)
-"""Arguments of kernels, whose fields an author may misspell."""
+"""Arguments of kernels; an author may misspell their fields."""
 
 
 class Place(NamedTuple):
@@ -64,7 +64,7 @@ Words = Callable[["re.Match[str]", Place | None], str]
 
 
 def own_line(error: BaseException) -> str:
-    """Return the last line of custom code that led to an error; "" if none did."""
+    """Return the last line of custom code before an error; "" without one."""
     frames = traceback.extract_tb(error.__traceback__)
     own = [frame for frame in frames if OWN_PACKAGE.match(frame.filename)]
     return str(Place(own[-1].filename, own[-1].lineno or 1)) if own else ""
@@ -73,7 +73,7 @@ def own_line(error: BaseException) -> str:
 def of_own_code(error: BaseException) -> str | None:
     """Return an error of custom code in one line: the line of the code, and the reason.
 
-    Returns None for any other error.
+    Returns None for any further error.
     """
     if sentence := explained(error):
         return sentence
@@ -83,7 +83,7 @@ def of_own_code(error: BaseException) -> str | None:
 
 
 def explained(error: BaseException) -> str | None:
-    """Return the sentence about an error of compiling; None for any other error."""
+    """Return the sentence about an error of compiling; None for any further error."""
     if not _is_of_the_compiler(error):
         return None
     place = _undefined(error) or _place(error)
@@ -92,7 +92,7 @@ def explained(error: BaseException) -> str | None:
 
 
 def _rule(text: str, place: Place | None) -> str:
-    """Return the meaning of numba's message, or else its first line."""
+    """Return the meaning of numba's message, or else the first line of the message."""
     opening = _from_opening(text)
     for pattern, say in WITHIN.items():
         if match := re.search(pattern, text):
@@ -104,7 +104,7 @@ def _rule(text: str, place: Place | None) -> str:
 
 
 def _from_opening(text: str) -> str:
-    """Return a message from its first informative line on."""
+    """Return a message from the first informative line on."""
     lines = text.splitlines()
     while len(lines) > 1 and SILENT.search(lines[0]):
         del lines[0]
@@ -139,9 +139,9 @@ def _undefined(error: BaseException) -> Place | None:
 
 
 def _place(error: BaseException) -> Place | None:
-    """Return the place of a mistake: the innermost one in a file of the author.
+    """Return the place of a mistake: the innermost place in a file of the author.
 
-    If there is none, it is the innermost place in the built-in kernels.
+    If there is no such place, return the innermost place in the built-in kernels.
     """
     places = [place for place in _places(error) if not place.file.startswith(OTHERS[0])]
     own = (place for place in places if not place.file.startswith(OTHERS))
@@ -149,9 +149,10 @@ def _place(error: BaseException) -> Place | None:
 
 
 def _places(error: BaseException) -> Iterator[Place]:
-    """Yield the places that an error names, from the innermost one outwards.
+    """Yield the places that an error names, from the innermost place outwards.
 
-    They are in its message, in its `loc`, and in the local variables of numba.
+    The places are in the message and in `loc` of the error, and in the local variables
+    of numba.
     """
     for match in PLACES.finditer(str(error)):
         file, line, other_file, other_line = match.groups()
@@ -172,7 +173,7 @@ def _at(file: str, line: int) -> Place:
 
 
 def _shown(file: str) -> str:
-    """Return the path of a file as its author knows it."""
+    """Return the path of a file as the author knows the path."""
     if OWN_PACKAGE.match(file):
         return OWN_PACKAGE.sub("", file)
     path = Path(file)
@@ -183,9 +184,8 @@ def _shown(file: str) -> str:
 
 def _allocates(_match: "re.Match[str]", _place: Place | None) -> str:
     return (
-        "this allocates memory for a new array, list, dictionary or text, which @jit"
-        " refuses; loop over the elements, write into an array that is there, as those"
-        " of work, or use a tuple"
+        "this allocates memory for a new array, list, dictionary or string, which @jit"
+        " rejects; loop over the elements, write into an array of work, or use a tuple"
     )
 
 
@@ -215,8 +215,8 @@ def _untyped(match: "re.Match[str]", _place: Place | None) -> str:
     if kind == "function":
         return f'"{name}" is a plain Python function; put @jit above it'
     return (
-        f'"{name}" is a {kind}, which kernels cannot use; make it a number, a tuple of'
-        " numbers or a NumPy array, or a setting"
+        f'"{name}" is a {kind}, which kernels cannot use; use a number, a tuple of'
+        " numbers, a NumPy array or a parameter"
     )
 
 
@@ -224,12 +224,12 @@ def _no_operation(match: "re.Match[str]", _place: Place | None) -> str:
     name = re.sub(r".*[ .]|'|>", "", match[1].split(" at 0x")[0])
     return (
         f"numba has no {name}({_plain(match[2])}); a name keeps one type in a kernel,"
-        " which computes with numbers and their tuples and arrays"
+        " which computes with numbers, tuples and arrays"
     )
 
 
 def _plain(types: str) -> str:
-    """Return types as numba writes them, in a shorter form."""
+    """Return types as named by numba, in a shorter form."""
     types = re.sub(r"Literal\[str\]\((.*?)\)", r"'\1'", types)
     types = re.sub(r"Literal\[\w+\]\((.*?)\)", r"\1", types)
     types = re.sub(r"UniTuple\((\w+) x (\d+)\)", r"tuple of \2 \1", types)
@@ -237,8 +237,8 @@ def _plain(types: str) -> str:
 
 
 OPCODES: dict[str, str] = {
-    "IMPORT_NAME": "import stands at the top of the file",
-    "STORE_GLOBAL": "no name of the module can be set; write into an array of work",
+    "IMPORT_NAME": "put the import at the top of the file",
+    "STORE_GLOBAL": "names of the module cannot be set; write into an array of work",
 }
 WITHIN: dict[str, Words] = {
     r"NRT required but not enabled|Only accept returning of array": _allocates,
@@ -247,50 +247,50 @@ WITHIN: dict[str, Words] = {
         " into an array of work or of the flock"
     ),
     r"Exception matching is limited to": lambda *_: (
-        "kernels cannot tell exceptions apart, and divisions by zero raise none; ask"
-        " for the condition itself with if"
+        "kernels cannot tell exceptions apart, and divisions by zero raise no"
+        " exception; test the condition with if"
     ),
 }
-"""Patterns anywhere in a message of numba, and their meaning."""
+"""Patterns anywhere in a message of numba, and the meaning of each pattern."""
 OPENINGS: dict[str, Words] = {
     r"Unknown attribute '(\w+)' of type (\w+)": _unknown_attribute,
     r"module '(\w+)' has no attribute '(\w+)'": lambda match, _: (
         f'there is no "{match[2]}" in {match[1]}'
     ),
     NO_NAME.pattern: lambda match, _: (
-        f'the name "{match[1]}" stands for nothing; define or import it'
+        f'the name "{match[1]}" is not defined; define or import it'
     ),
     r".*Variable '(\w+)' is not defined": lambda match, _: (
-        f'"{match[1]}" is read before it has a value; give it one before the loop or'
+        f'"{match[1]}" is read before it has a value; set a value before the loop or'
         " the condition"
     ),
     r"Untyped global name '(\w+)'.*<class '(\w+)'>": _untyped,
     r".*wrong tuple length.*expected (\d+), got (\d+)": lambda match, _: (
-        f"{match[1]} names stand on the left, and {match[2]} values on the right"
+        f"{match[1]} names are on the left, and {match[2]} values on the right"
     ),
     r"failed to unpack none": lambda *_: (
-        "several names stand on the left, and the function on the right returns"
-        " nothing; end it with return"
+        "several names are on the left, and the function on the right returns no"
+        " value; end the function with return"
     ),
     r"failed to unpack (.+)": lambda match, _: (
-        f"several names stand on the left, and one value ({match[1]}) on the right"
+        f"several names are on the left, and one value ({match[1]}) on the right"
     ),
     r"Can't unify return type from the following types: (.+)": lambda match, _: (
-        f"the function returns values of different types ({_plain(match[1])}); every"
-        " return must give the same"
+        f"the function returns values of different types ({_plain(match[1])}); all"
+        " values must have one type"
     ),
     r".* to signature '\((.*)\).*' due to \"TypeError: (.+?)\.?\"": lambda match, _: (
         f"the call does not fit ({re.sub(r': [^,]+', '', match[1])}): {match[2]}"
     ),
     r"Use of unsupported opcode \((\w+)\)": lambda match, _: (
         "kernels know only a part of Python:"
-        f" {OPCODES.get(match[1], f'the instruction {match[1]} is not in it')}"
+        f" {OPCODES.get(match[1], f'the instruction {match[1]} is missing')}"
     ),
     r"No definition for lowering (\w+)\(.*\)\.(\w+) = ": lambda match, _: (
-        f'"{match[2]}" of {match[1]} cannot be set, as that is a tuple; use a'
+        f'"{match[2]}" of {match[1]} cannot be set, because a tuple is constant; use a'
         " variable, or change the elements of an array"
     ),
     r"No implementation of function Function\((.+?)\) found for signature:"
     r"\s+>>> \w+\((.*)\)": _no_operation,
 }
-"""Patterns at the beginning of a message of numba, and their meaning."""
+"""Patterns at the beginning of a message of numba, and the meaning of each pattern."""

@@ -1,9 +1,9 @@
 """Batches of trials on a device, thousands at once.
 
-The results are bitwise identical to those of a processor.
+The results are bitwise identical to results of a processor.
 
-Trials of a batch have the same model, number of boids, steps, record and world; drawn
-obstacles may differ. All other values, such as parameters of the model, may differ. A
+Trials of a batch share the model, number of boids, steps, record and world; drawn
+obstacles may differ. All further values, such as parameters of the model, may differ. A
 trial that cannot begin, or that a model handles wrongly, runs again on the processor,
 which reports the error. If the device fails, DeviceError is raised: this process cannot
 use the device any more, and the caller sends the trials to another process. So all
@@ -50,15 +50,15 @@ if TYPE_CHECKING:
 MOST_ON_DEVICE = 8192
 """Largest number of trials in a batch.
 
-An H100 has room for about 33,000 of these threads, and workers take turns on it. The
-best number has not been measured on a GPU.
+An H100 has room for about 33,000 threads, and workers take turns. The best number has
+not been measured on a GPU.
 """
 SHARE = 0.4
 """Fraction of the free memory of the device that a batch may use."""
 SHARE_HERE = 1 / 32
 """Fraction of the free memory of this machine, which all workers share.
 
-A trial needs about as much here, while it is prepared, as on the device.
+During its preparation a trial needs about as much memory here as on the device.
 """
 
 
@@ -66,7 +66,7 @@ A trial needs about as much here, while it is prepared, as on the device.
 class DeviceTrials:
     """Function that runs trials on the GPU of this machine.
 
-    If it is `simulated`, the processor takes the part of the GPU.
+    With `simulated`, the processor replaces the GPU.
     """
 
     simulated: bool = False
@@ -94,7 +94,7 @@ def _host() -> Device:
 def gpu() -> "Gpu":
     """Return the GPU of this process.
 
-    Raises DeviceError if there is none, and ModuleNotFoundError without the extra
+    Raises DeviceError if there is no GPU, and ModuleNotFoundError without the extra
     `gpu`.
     """
     from kernels.device.gpu import Gpu
@@ -117,16 +117,17 @@ def refusal_of(job: Job) -> str:
     """Return the reason why a trial cannot run on a GPU; "" if it can."""
     reasons = []
     if job.time_limit is not None:
-        reasons.append("a time limit: the clock is not looked at there")
+        reasons.append("a time limit: a GPU cannot check the time")
     if job.record.last_states:
-        reasons.append("last states of trials: they are not kept there")
+        reasons.append("last states of trials: a GPU does not store them")
     return "; ".join(reasons) or _refused(job)
 
 
 def _refused(job: Job) -> str:
-    """Return the reason why compiled code would have other results on a GPU.
+    """Return the reason why compiled code would have different results on a GPU.
 
-    It is "" if the results are bitwise identical, or if nothing can be compiled here.
+    The reason is "" if the results are bitwise identical, or if compiling is impossible
+    here.
     """
     if find_spec("numba_cuda") is None:
         return ""
@@ -151,7 +152,7 @@ def _refused(job: Job) -> str:
 
 
 def kernel_of(job: Job) -> Kernel:
-    """Return the kernel that runs a trial like this one on a device.
+    """Return the kernel that runs such a trial on a device.
 
     Raises the error of a trial that cannot begin.
     """
@@ -169,13 +170,13 @@ def _groups(jobs: Sequence[Job]) -> Iterator[list[int]]:
 
 @dataclass
 class _Prepared:
-    """Simulation whose first frame is taken.
+    """Simulation with its first frame.
 
     Attributes
     ----------
     simulation : Simulation
     stream : Stream
-        Its random numbers.
+        Random numbers of the simulation.
     called : Calls
         Counts of the calls of its model so far.
     """
@@ -186,7 +187,7 @@ class _Prepared:
 
     @property
     def shared(self) -> bool:
-        """True if nothing of the scenery is random, so that other trials share it."""
+        """True if no part of the scenery is random: trials share the scenery."""
         flight = self.simulation.flight
         moves = flight.scenery.velocities is not None
         return not (is_drawn(self.simulation.job) or moves or flight.work.robots.rows)
@@ -200,7 +201,7 @@ class _Prepared:
 
 
 def flown(jobs: Sequence[Job], device: Device) -> list[Result]:
-    """Return the results of jobs with the same model, boids, steps and record."""
+    """Return the results of jobs that share model, boids, steps and record."""
     results: list[Result] = []
     while len(results) < len(jobs):
         left = jobs[len(results) :]
@@ -218,8 +219,8 @@ def flown(jobs: Sequence[Job], device: Device) -> list[Result]:
 Landed = tuple[Simulation, int] | Result | None
 """Outcome of a trial on a device.
 
-A pair is a simulation after its last step, and the state of its flight. A Result
-belongs to a trial that did not run. None means that the trial must run alone.
+A pair has a simulation after the last step, and the status of its run. A Result belongs
+to a trial that did not run. None means that the trial must run alone.
 """
 
 
@@ -236,16 +237,16 @@ def _result(job: Job, landed: Landed, seconds: float) -> Result:
 def _alone(job: Job) -> Result:
     """Return the result of a trial that fails on a processor too.
 
-    Raises DeviceError if it does not fail: then the device is wrong.
+    Raises DeviceError if the trial succeeds there: then the device is wrong.
     """
     result = run(job)
     if not result.has_failed:
-        raise DeviceError(f"trial {job.trial_id} fails there, and not on a processor")
+        raise DeviceError(f"trial {job.trial_id} fails there, but not on a processor")
     return result
 
 
 def _fitting(job: Job, device: Device) -> int:
-    """Return the number of trials like this one that fit into memory, at least 1."""
+    """Return the number of such trials that fit into memory, at least 1."""
     prepared = _prepared(job)
     if prepared is None:
         return 1
@@ -288,7 +289,7 @@ def _landed(prepared: Sequence[_Prepared | None], device: Device) -> list[Landed
 def _flown(prepared: Sequence[_Prepared], device: Device) -> Sequence[Landed]:
     """Return the outcomes of trials of one form.
 
-    They run in halves if the device has too little memory.
+    If the device has too little memory, the trials run in halves.
     """
     try:
         return _fly(prepared, device)

@@ -1,6 +1,6 @@
-"""A few short trials of custom code, to test if it runs and to measure its pace.
+"""A few short trials of custom code, to test the code and to measure its pace.
 
-No stored value depends on these measurements.
+No stored value depends on the measurements.
 """
 
 import hashlib
@@ -42,8 +42,8 @@ MOST_SECONDS = 0.4
 def measured_pace(study: Study) -> TrialPace:
     """Return the pace of the trials of a study, from a few short trials.
 
-    They run in this process. The time of compiling does not count. Raises SpecError if
-    none of them can run.
+    The trials run in this process. The time of compiling does not count. Raises
+    SpecError if no trial can run.
     """
     if is_built_in(study):
         return KNOWN_PACE
@@ -61,7 +61,7 @@ def measured_pace(study: Study) -> TrialPace:
 
 
 def check_runs(study: Study, jobs: Sequence[Job]) -> None:
-    """Raise SpecError if none of some jobs can take a step, or custom code is wrong.
+    """Raise SpecError if no job can take a step, or if custom code is wrong.
 
     Built-in code is not checked. A single job may fail because of its parameters.
     """
@@ -71,7 +71,7 @@ def check_runs(study: Study, jobs: Sequence[Job]) -> None:
 
 
 def check_once(code: Code, check: Callable[[], None]) -> None:
-    """Call `check`, unless the same code has passed it before in this version.
+    """Call `check`, unless the code has passed the check before in this version.
 
     The answer is stored next to compiled code, in a private folder of the user.
     """
@@ -85,7 +85,7 @@ def check_once(code: Code, check: Callable[[], None]) -> None:
 
 
 def _ran(study: Study, jobs: Iterable[Job]) -> Iterator[Result]:
-    """Yield the results of the jobs that run. Raises SpecError if there is none."""
+    """Yield the results of the jobs that run. Raises SpecError if no job runs."""
     first: Exception | None = None
     ran = 0
     for number, job in enumerate(jobs):
@@ -125,22 +125,22 @@ def _check_contracts(study: Study, job: Job) -> None:
     for name, unwritten in zip(names, np.isnan(nan) & ~np.isnan(zero), strict=True):
         if unwritten.any():
             refused(
-                f"metric {name} writes no number into values[f] of some frame; it must"
-                " write one into each, and returns nothing"
+                f"metric {name} writes no number into values[f] of some frame; a metric"
+                " must write a number for each frame, and returns no value"
             )
     if name := different(state, repeated):
         refused(
             f"two runs of one trial differ after a step, in {name}: draw random"
-            " numbers from rng alone, and keep nothing between runs"
+            " numbers only from rng, and store no value between runs"
         )
     if not job.record.last_states:
         return
     short, long = (_state_after(FEW_STEPS, job, times * FEW_STEPS) for times in (1, 2))
     if name := different(short, long):
         refused(
-            f"after {FEW_STEPS} steps a trial of so many and one of twice as many"
-            f" differ, in {name}: where last_states are recorded nothing may depend on"
-            " the number of steps"
+            f"after {FEW_STEPS} steps a trial of this length and a trial of twice this"
+            f" length differ, in {name}: with last_states no value may depend on the"
+            " number of steps"
         )
 
 

@@ -1,10 +1,10 @@
-"""Metrics of a trial from its stored trajectory, bitwise identical to those of a run.
+"""Metrics of a trial from its stored trajectory, bitwise identical to a run.
 
 A trajectory has the inputs of most metrics: exact positions, velocities and state
-values of boids in each frame. It lacks counts, integrals, and the velocities one step
-earlier. If each step has a frame, these velocities are those of the previous frame.
-Missing inputs are replaced by two different guesses. A metric whose values differ
-between the guesses needs the missing inputs, and gets no value.
+values of boids in each frame. Counts, integrals, and the velocities one step earlier
+are missing. If each step has a frame, the previous frame has the earlier velocities.
+Missing inputs are replaced by two different guesses. If the values of a metric differ
+between the guesses, the metric needs the missing inputs and gets no value.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -32,8 +32,8 @@ MOVING = slice(0, 4)
 BEFORE = slice(4, FIRST_STATE)
 """Rows of `bodies` with the velocities one step earlier."""
 OTHER_FLIGHT = (
-    "its stored trajectory is not what this machine computes, to the last bit: another"
-    " processor or library has computed it, or it was changed"
+    "its stored trajectory is not bitwise identical to a new run on this machine:"
+    " another processor or library has computed the trajectory, or it was changed"
 )
 
 
@@ -87,7 +87,7 @@ class Guess(NamedTuple):
 
 
 class Remeasured(NamedTuple):
-    """Missing metrics of a trial, or the reason why there are none.
+    """Missing metrics of a trial, or the reason why they cannot be measured.
 
     Attributes
     ----------
@@ -122,9 +122,9 @@ def what_lacks(metric: Metric, every: int) -> str:
     if metric.pairs:
         return "contacts between boids, which are counted in each step"
     if metric.integrates:
-        return "the velocities of each step, which are summed up as it is taken"
+        return "the velocities of each step, which are summed during each step"
     if metric.follows:
-        return "flocks from frame to frame, which are compared as the trial flies"
+        return "flocks from frame to frame, which are compared during the run"
     if metric.per_step and every > 1:
         return f"the velocities one step earlier; frames are {every} steps apart"
     return ""
@@ -161,7 +161,7 @@ def sources(
 
 
 def expected_steps(job: Job) -> NDArray[np.int64]:
-    """Return the steps of all frames of a trial that reaches its end."""
+    """Return the steps of all frames of a complete trial."""
     steps = int(job.settings["steps"])
     return np.unique([*range(0, steps, job.record.every), steps])
 
@@ -179,12 +179,12 @@ def remeasure(flown: FlownTrial) -> Remeasured:
 
 
 def unmeasured(flown: FlownTrial, error: str) -> Remeasured:
-    """Return the result of a trial whose worker died."""
+    """Return the result of a trial after the death of its worker."""
     return Remeasured(flown.job.trial_id, wrong=error)
 
 
 def seconds(some: Sequence[FlownTrial]) -> list[float]:
-    """Return the approximate durations of trials, in relation to each other."""
+    """Return the approximate relative durations of trials."""
     return [float(flown.bodies.size + len(flown.steps)) for flown in some]
 
 
@@ -213,8 +213,8 @@ def _begins_otherwise(
 ) -> NDArray[np.bool_]:
     """Return a mask of the metrics that differ at the beginning of a new run.
 
-    The beginning runs here, and its values are compared with `values` (metrics, F) from
-    the trajectory. Raises ValueError if the new run has other frames.
+    The beginning runs here, and the values are compared with `values` (metrics, F) from
+    the trajectory. Raises ValueError if the frames of the new run differ.
     """
     start = simulation.take_frames()
     simulation.advance(_steps_a_call(simulation))
@@ -233,10 +233,10 @@ def _check_same(flown: FlownTrial, bodies: Floats, states: Floats) -> None:
 def _measured(
     simulation: Simulation, flown: FlownTrial
 ) -> tuple[Floats, NDArray[np.bool_]]:
-    """Measure the metrics of a simulation at its start in the frames of a trajectory.
+    """Measure the metrics of a simulation in the frames of a trajectory.
 
-    Returns the values (metrics, F), and a mask (metrics,) of the metrics that need more
-    than these frames have.
+    The simulation is at its start. Returns the values (metrics, F), and a mask
+    (metrics,) of the metrics that need more than the frames have.
     """
     flight = simulation.flight
     job = simulation.job
@@ -261,7 +261,7 @@ def _measured(
 
 
 def _steps_a_call(simulation: Simulation) -> int:
-    """Return the steps of a kernel call, after which a run takes its frames."""
+    """Return the steps of a kernel call, between two readings of frames of a run."""
     record = simulation.flight.record
     room = (len(record.frames.step) - 1) * record.every
     return min(max(1, BOID_STEPS_A_CALL // simulation.schedule.n), room)
@@ -301,7 +301,7 @@ def _fill(
 ) -> None:
     """Put some frames of a trajectory into `frames`.
 
-    The first frame of the trial is that of `start`, which is complete.
+    The first frame of the trial comes from `start`, which is complete.
     """
     here = slice(0, len(places))
     before = places - 1
@@ -320,7 +320,7 @@ def _fill(
 
 
 def _differ(first: Floats, second: Floats) -> NDArray[np.bool_]:
-    """Return a mask of the metrics whose values (metrics, F) differ; NaN equals NaN."""
+    """Return a mask of metrics with different values (metrics, F); NaN equals NaN."""
     equal = (first == second) | (np.isnan(first) & np.isnan(second))
     different: NDArray[np.bool_] = ~equal.all(axis=1)
     return different

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from sweep.design import Job, LastFlock
 
 FAILED = ("failed", "timeout")
-"""Statuses of trials that did not end by themselves.
+"""Statuses of trials that raised an error or exceeded a limit.
 
-A diverged trial is not among them: its divergence is a result of the model.
+A diverged trial is not included: divergence is a result of the model.
 """
 
 
@@ -18,7 +18,7 @@ ENDINGS = {
     "diverged": "{what} was not a finite number after step {step}",
     "timeout": "time limit of {limit} s reached after step {step}",
 }
-"""Reasons why a trial ended early, by its status."""
+"""Reasons why a trial ended early, by status."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +82,7 @@ def failed(job: Job, error: str) -> Result:
 
 
 def overdue(job: Job, error: str) -> Result:
-    """Return the result of a job that was ended because it did not return in time."""
+    """Return the result of a job that was ended because it exceeded the time limit."""
     return Result(job, "timeout", 0.0, error=error)
 
 

@@ -1,4 +1,4 @@
-"""The robots of a trial: their non-idealities, failures and keys of random numbers."""
+"""The robots of a trial: non-idealities, failures and keys of random numbers."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -25,9 +25,9 @@ def robots_of(job: Job) -> RobotSettings:
 
 
 def flies_alone(job: Job) -> bool:
-    """Return whether a trial cannot run in a batch, for reasons other than its model.
+    """Return whether a trial cannot run in a batch, for reasons beyond its model.
 
-    Boids that are not ideal or have several goals prevent it, and so do wind and moving
+    The reasons are boids that are not ideal or have several goals, wind, and moving
     obstacles.
     """
     settings = job.settings
@@ -41,7 +41,7 @@ def flies_alone(job: Job) -> bool:
 def robot_layers_of(job: Job) -> frozenset[type]:
     """Return the layers between the model of a trial and its boids.
 
-    They are sensing, actuation and wind, as far as the trial has them.
+    The layers are sensing, actuation and wind, if the trial has these features.
     """
     robots = robots_of(job)
     failing = failing_of(job)

@@ -1,11 +1,11 @@
-"""The scenery of a trial, its map of visits and its initial flock, drawn from its job.
+"""The scenery of a trial, the map of visits and the initial flock, drawn from its job.
 
-They depend on few parameters and on random numbers: 48,000 trials of a sweep may have
-24 starts, each of which takes Python 0.3 ms. So a process caches the last ones, by all
-values on which they depend. Cached objects must not change. A trial has copies of the
-flock and of the visits, and no run changes its scenery. Only trials of a batch share
-the pixels, because a batch has its own maps of visits (kernels.lanes.marks). A copy for
-each trial would take 5 % of a short trial.
+Scenery, map and flock depend on few parameters and on random numbers: 48,000 trials of
+a sweep may have 24 starts, each of which takes Python 0.3 ms. So a process caches
+recent objects, by all values on which the objects depend. Cached objects must not
+change. A trial has copies of the flock and of the visits, and no run changes the
+scenery. Only trials of a batch share the pixels, because a batch has separate maps of
+visits (kernels.lanes.marks). A copy for each trial would take 5 % of a short trial.
 """
 
 from copy import copy
@@ -30,20 +30,20 @@ from sweep.trial.generators import Randomness
 from sweep.trial.last_flocks import flock_of
 
 KEPT_BOIDS = 1000
-"""Largest flock that is cached: larger ones would need too much memory."""
+"""Largest flock that is cached; larger flocks would need too much memory."""
 KEPT_PIXELS = 2_000_000
 """Largest map of visits that is cached, in pixels."""
 
 
 class Address(NamedTuple):
-    """Beginning of a stream of random numbers: the content of its SeedSequence."""
+    """Beginning of a stream of random numbers, as the content of a SeedSequence."""
 
     entropy: int
     key: tuple[int, ...]
 
     @classmethod
     def of(cls, seed: SeedSequence) -> "Address":
-        """Return the address of a seed sequence that has spawned nothing."""
+        """Return the address of a seed sequence without spawned children."""
         assert isinstance(seed.entropy, int)
         return cls(seed.entropy, tuple(seed.spawn_key))
 
@@ -58,10 +58,10 @@ NOTHING_RANDOM = Address(0, ())
 
 @dataclass(frozen=True, eq=False)
 class Site:
-    """Inputs of a world: its parameters, its map, and the random numbers that draw it.
+    """Inputs of a world: parameters, map, and the random numbers that draw the world.
 
     Two sites are equal only if they are one object. So maps with thousands of obstacles
-    are not compared again and again.
+    are not compared repeatedly.
     """
 
     settings: WorldSettings
@@ -80,7 +80,7 @@ class Site:
 class Landscape:
     """Site with its scenery for one model.
 
-    All landscapes of one site are equal, because they have the same world.
+    All landscapes of one site are equal, because they share the world.
     """
 
     site: Site
@@ -90,7 +90,8 @@ class Landscape:
 def obstacles(job: Job) -> Obstacles:
     """Draw and return the obstacles of a trial's world, see kernels.shapes.
 
-    A map gets the random numbers of the job, even if it declares that it needs none.
+    A map gets the random numbers of the job, even if the map declares that it is not
+    random.
     """
     settings: WorldSettings = settings_tuple(
         WorldSettings, job.settings, settings_of(job.model, job.known)
@@ -181,7 +182,7 @@ def _kept_pixels(landscape: Landscape, observation: Observation) -> Coverage:
 def start_of(
     job: Job, landscape: Landscape, settings: StartSettings
 ) -> tuple[Flock, Randomness]:
-    """Return a copy of the initial flock of a trial, and its stream of random numbers.
+    """Return a copy of the initial flock of a trial, and the stream of random numbers.
 
     Parameters
     ----------
@@ -201,13 +202,13 @@ def start_of(
     ------
     RuntimeError
         If the flock of `job.parent` is missing, or has another number of boids or of
-        state values. A start may raise further errors, such as RuntimeError if there
-        is no free position.
+        state values. A start may raise further errors, such as RuntimeError if there is
+        no free position.
     """
     if job.begins is not None:
         return flock_of(job, job.begins), Randomness(stream(job, "start"))
     if job.parent:
-        raise RuntimeError(f"the last flock of trial {job.parent} is not at hand")
+        raise RuntimeError(f"the final flock of trial {job.parent} is missing")
     inputs = _start_inputs(job, landscape, settings)
     if int(job.settings["n"]) > KEPT_BOIDS:
         return _start(*inputs)

@@ -1,7 +1,7 @@
 """One trial, from a job to its result, kernel call by kernel call.
 
-A trial is pure: its result depends only on the job, and it reads and writes nothing. It
-needs one process and one thread.
+A trial is pure: the result depends only on the job, without files as input or output. A
+trial runs in a single process and thread.
 """
 
 import logging
@@ -55,7 +55,7 @@ from sweep.trial.state import State, Taken, changing, check, digest, joined
 
 LOG = logging.getLogger("sweep")
 COMPILING_SECONDS = 15.0
-"""Time to compile a model with its metrics, measured for the built-in models."""
+"""Time to compile a model with its metrics, in s, for the built-in models."""
 BOID_STEPS_A_CALL = 200_000
 """Boid-steps per kernel call, which take about 30 ms.
 
@@ -64,10 +64,10 @@ A kernel call cannot be interrupted, so the clock is read between calls.
 
 
 def run(job: Job) -> Result:
-    """Run a job and return its result.
+    """Run a job and return the result.
 
-    An exception becomes a result with the status failed and the traceback as its error.
-    If a kernel cannot be compiled, a sentence about the reason comes first.
+    An exception becomes a result with the status failed and the traceback as error. If
+    a kernel cannot be compiled, a sentence about the reason comes first.
     """
     return attempt(simulate, job)
 
@@ -86,13 +86,13 @@ def attempt(simulate: Callable[[Job], Result], job: Job) -> Result:
 
 
 def simulate(job: Job) -> Result:
-    """Run a job and return its result; an exception is raised."""
+    """Run a job and return the result; an exception is raised."""
     began = time.perf_counter()
     return Simulation(job).result(began)
 
 
 def is_brief(job: Job) -> bool:
-    """Return whether a trial is about one kernel call."""
+    """Return whether a trial takes at most about one kernel call."""
     return int(job.settings["n"]) * int(job.settings["steps"]) <= BOID_STEPS_A_CALL
 
 
@@ -103,7 +103,7 @@ class Simulation:
     ----------
     job : Job
     together : bool, default False
-        Whether the trial is part of a batch, which advances it.
+        Whether the trial is part of a batch, which advances the trial.
     frames : int, default MOST_FRAMES
         Largest number of frames between two calls of `take_frames`.
     """
@@ -119,7 +119,7 @@ class Simulation:
 
     @property
     def flock(self) -> Flock:
-        """Current flock; its arrays are not copies."""
+        """Current flock, without copies of its arrays."""
         return self.flight.flock
 
     @property
@@ -163,10 +163,10 @@ class Simulation:
             return advance(self.flight, rng, steps)
 
     def take_frames(self, record: RecordSpec | None = None) -> Taken:
-        """Return the frames since the last call, and forget them.
+        """Return the frames since the last call, and remove them.
 
-        They have the metrics and the trajectories of `record`, by default those of the
-        job. The job must record enough for them.
+        The frames have the metrics and the trajectories of `record`, by default the
+        record of the job. The job must record all values in `record`.
         """
         record = record or self.job.record
         flight = self.flight
@@ -183,16 +183,16 @@ class Simulation:
         return taken
 
     def go_on_from(self, earlier: "Simulation") -> None:
-        """Continue from another simulation with the same number of boids.
+        """Continue from another simulation with an equal number of boids.
 
-        Its flock, random numbers, steps and counts are taken over.
+        The flock, random numbers, steps and counts are taken over.
         """
         self.noise.state = earlier.noise.state
         go_on_from(self.flight, earlier.flight)
         self._find_among_all()
 
     def state(self) -> State:
-        """Return the state between two kernel calls, whose arrays are not copies.
+        """Return the state between two kernel calls, without copies of the arrays.
 
         All frames must be taken before.
         """
@@ -214,8 +214,8 @@ class Simulation:
     def beginning(self) -> str:
         """Return a hash of the initial flock, scenery, pixels and random numbers.
 
-        Call it before the first step. Trials that differ only in `steps` have the same
-        frames if their hashes are equal.
+        Call this method before the first step. If trials differ only in `steps`, equal
+        hashes mean that the frames are equal.
         """
         flight = self.flight
         parts = {
@@ -228,12 +228,12 @@ class Simulation:
         return digest(parts, self.noise.state)
 
     def restore(self, state: State, room: int = 0) -> None:
-        """Resume from the state of a simulation of the same job.
+        """Resume from the state of an earlier simulation of this job.
 
         Parameters
         ----------
         state : State
-            Its values are copied into the arrays in use.
+            The values are copied into the arrays in use.
         room : int, default 0
             Room in a block of the grid, see kernels.neighbours.build_grid.
 
@@ -290,7 +290,7 @@ class Simulation:
         return self.summary(status, time.perf_counter() - began)
 
     def summary(self, status: str, seconds: float) -> Result:
-        """Return the result of a trial from its frames.
+        """Return the result of a trial from the frames.
 
         Parameters
         ----------
@@ -333,9 +333,9 @@ class Simulation:
 
 
 def _flight(job: Job, together: bool, frames: int) -> Flight:
-    """Return the flight of a job at its start; see Simulation for the parameters.
+    """Return the `Flight` of a job at step 0; see Simulation for the parameters.
 
-    Only flights of a batch (`together`) share their pixels.
+    Only trials of a batch (`together`) share pixels.
     """
     described = settings_of(job.model, job.known)
 
@@ -391,7 +391,7 @@ def metrics_of(job: Job, names: tuple[str, ...]) -> tuple[Metric, ...]:
     """Return the metrics with some names.
 
     Raises RuntimeError for a metric that reads state values or types of boids which the
-    job's model does not have: its kernel would read beyond the frames.
+    job's model does not have: the kernel would read beyond the frames.
     """
     metrics = tuple(job.known.metrics[name] for name in names)
     for name, metric in zip(names, metrics, strict=True):
@@ -403,8 +403,8 @@ def metrics_of(job: Job, names: tuple[str, ...]) -> tuple[Metric, ...]:
 def compiling_seconds(job: Job) -> float:
     """Return the estimated seconds to compile the model of a trial on an idle core.
 
-    It is 0 if the model is compiled already for the layers of the trial. It is also 0
-    if no world can be drawn: then the trial reports the error.
+    The estimate is 0 if the model is compiled already for the layers of the trial. The
+    estimate is also 0 if no world can be drawn: then the trial reports the error.
     """
     model = job.known.models[job.model]
     layers = layers_of(job)
@@ -437,9 +437,9 @@ def is_compiled(metric: Metric) -> bool:
 
 
 def warm(job: Job) -> Result:
-    """Compile the kernels of trials like `job`, or load them from the cache.
+    """Compile the kernels of trials like `job`, or load the kernels from the cache.
 
-    Runs one step, and returns its result.
+    The function runs a single step, and returns the result.
     """
     say_compiling(job)
     result = run(one_step(job))
@@ -453,22 +453,22 @@ def say_not_kept() -> None:
         os.environ[NOTHING_IS_KEPT] = "1"
         folder, why = next(iter(NOT_KEPT.items()))
         LOG.warning(
-            "%s: compiled kernels cannot be kept (%s), so each process compiles what"
-            " it needs: make room there, or set NUMBA_CACHE_DIR to another folder",
+            "%s: compiled kernels cannot be stored (%s), so each process compiles its"
+            " kernels: make room there, or set NUMBA_CACHE_DIR to another folder",
             *(folder, why),
         )
 
 
 def one_step(job: Job) -> Job:
-    """Return the same job with one step."""
+    """Return a copy of the job with a single step."""
     return replace(job, settings=job.settings | {"steps": 1})
 
 
 def say_compiling(job: Job) -> None:
-    """Warn that the model of a job will be compiled, if it is not compiled yet.
+    """Warn that the model of a job will be compiled, if compiling is necessary.
 
-    Without the warning a user sees nothing while it is compiled. There is no warning
-    after that of `say_not_kept`, because then each process compiles.
+    Without the warning a user would see no output during the compilation. There is no
+    warning after a warning of `say_not_kept`, because then each process compiles.
     """
     if NOTHING_IS_KEPT in os.environ:
         return

@@ -1,4 +1,4 @@
-"""The state of a trial between two kernel calls, and its frames, as plain arrays."""
+"""The state of a trial between two kernel calls, and the frames, as plain arrays."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -29,10 +29,10 @@ class Taken(NamedTuple):
 
 
 class State(NamedTuple):
-    """State from which a trial resumes, in addition to its job and its frames.
+    """State from which a trial resumes, in addition to job and frames.
 
-    The grid of neighbours is not part of it. It is built again from the positions, and
-    the results do not depend on it.
+    The grid of neighbours is not included. It is built again from the positions, and
+    the results do not depend on the grid.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ class State(NamedTuple):
 
 
 def joined(taken: Sequence[Taken]) -> Taken:
-    """Return frames one after the other."""
+    """Return consecutive frames as one object."""
     steps, values, *boids = zip(*taken, strict=True)
     return Taken(np.concatenate(steps), np.hstack(values), *map(np.concatenate, boids))
 
@@ -61,8 +61,8 @@ def joined(taken: Sequence[Taken]) -> Taken:
 def every_so_many(taken: Taken, every: int) -> Taken:
     """Return the frames after a multiple of `every` steps.
 
-    A trial also has a frame after its last step. These frames do not depend on the
-    number of steps.
+    A trial also has a frame after the last step. The returned frames do not depend on
+    the number of steps.
     """
     on_time = taken.steps % every == 0
     steps, values, *boids = taken
@@ -72,7 +72,7 @@ def every_so_many(taken: Taken, every: int) -> Taken:
 
 
 def different(first: State, second: State) -> str:
-    """Return the name of the first array that is not bitwise identical; "" if none."""
+    """Return the name of the first array that is not bitwise identical, or else ""."""
     names = (
         name
         for name, array in first.arrays.items()
@@ -84,7 +84,7 @@ def different(first: State, second: State) -> str:
 def digest(parts: Mapping[str, object], generator: Mapping[str, Any]) -> str:
     """Return a hash of arrays in named tuples, and of the state of a generator.
 
-    It covers the names, types and shapes of the arrays.
+    The hash covers the names, types and shapes of the arrays.
     """
     content = sha256(json.dumps(generator, sort_keys=True).encode())
     for part, value in parts.items():
@@ -124,7 +124,7 @@ def check(state: State, n: int, steps: int) -> None:
     """Raise ValueError for a state that no trial can have between two kernel calls.
 
     Kernels check no index. With an impossible number of frames, an impossible order, or
-    an impossible label of a flock, they would write anywhere in memory.
+    an impossible label of a flock, a kernel would write anywhere in memory.
 
     Parameters
     ----------
@@ -146,4 +146,4 @@ def check(state: State, n: int, steps: int) -> None:
     labelled = bool(((flocks >= 0) & (flocks < n)).all())
     right = in_order and labelled and bool((reached >= 0).all())
     if not (0 < step < steps and filled == 0 and finite and right):
-        raise ValueError("no trial is ever in this state")
+        raise ValueError("the state is impossible for a trial")

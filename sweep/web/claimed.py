@@ -1,4 +1,4 @@
-"""Published means, each with the parameters that it holds for."""
+"""Published means, each with the parameters of its points."""
 
 from collections.abc import Iterator, Mapping
 from functools import cache
@@ -18,8 +18,8 @@ def published(
 ) -> tuple[tuple[str, Reply], ...]:
     """Return published means of a model and preset, each with its metric.
 
-    They come from each published.yaml in `experiments`. A file that is missing or
-    cannot be read gives none.
+    The means are in each published.yaml in `experiments`. A file that is missing or
+    cannot be read gives no means.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Compilation of code that a page is about to need.
 
-A compiler holds Python's lock for up to seconds, and no page of this process would
-go on meanwhile. So the compiler works in a process of its own. This process only loads
+A compiler holds Python's lock for up to seconds, and all pages of this process would
+stop meanwhile. So the compiler works in a separate process. This process only loads
 the compiled code from the cache. Code that no cache can hold is compiled here.
 """
 
@@ -55,7 +55,7 @@ def prepare(
     metrics: tuple[str, ...] = (),
     layers: frozenset[type] = frozenset(),
 ) -> None:
-    """Compile a model and metrics, with all that a page shows of them.
+    """Compile a model and metrics, with everything that a page shows of a run.
 
     No step and no frame waits for a compiler afterwards.
 
@@ -141,7 +141,7 @@ def _take_one_step(job: Job) -> None:
 def _apart(job: Job) -> None:
     """Take the step in another process.
 
-    An error there occurs here too, and is reported here.
+    The step is repeated in this process, which then reports any error.
     """
     with suppress(OSError, pickle.PicklingError, AttributeError, TypeError):
         subprocess.run(

@@ -1,6 +1,6 @@
 """The controls of the page.
 
-They are made from the declarations of models, parameters and metrics, so a new model
+The declarations of models, parameters and metrics give the controls, so a new model
 needs no code here.
 """
 
@@ -35,18 +35,18 @@ SLIDER_STEPS = 200
 LOGARITHMIC = 1000.0
 """A slider is logarithmic if its ends have at least this ratio."""
 PRESETS = {
-    "as_written": "what the text of the document says",
-    "as_run": "what the authors' program does; where there is none, the text",
-    "as_reported": "what their program did when the document was written",
-    "as_intended": "what they are likely to have meant",
+    "as_written": "as the text of the publication states",
+    "as_run": "as the authors' program does, or the text if no program exists",
+    "as_reported": "as the authors' program did at the time of the publication",
+    "as_intended": "as the authors probably intended",
 }
-"""Meanings of presets that have one of these names."""
+"""Meanings of presets by name."""
 Place = tuple[int, int]
 """A trial: the index of its point and the number of its replicate, both from 0."""
 MOST = 60
-"""The most values of a swept parameter by which a trial is chosen.
+"""Largest number of values of a swept parameter by which a trial is chosen.
 
-Beyond it a trial is chosen by the number of its point.
+For more values a trial is chosen by the number of its point.
 """
 
 
@@ -66,15 +66,15 @@ def controls(
     model : str
         Model whose parameters are shown.
     preset : str
-        Its preset, which gives the default values.
+        Preset of the model, which gives the default values.
     own : tuple of str, optional
         Names of custom maps of the spec.
     derive : tuple of DerivedMetric, optional
-        Metrics that the spec computes from others.
+        Metrics that the spec computes from other metrics.
     known : Catalogue, optional
         Models, metrics and maps by name; by default the built-in ones.
     plots : tuple of str, optional
-        Metrics that are plotted; they may be metrics of a part of the boids.
+        Metrics that are plotted, also metrics of a part of the boids.
     experiments : Path, optional
         Folder with published numbers.
 
@@ -82,7 +82,7 @@ def controls(
     -------
     dict
         ``models``, ``groups`` of parameters, ``maps``, ``metrics`` and ``overlays``;
-        ``others`` has the values in which each other preset of the model differs.
+        ``others`` has, per further preset of the model, the values that differ.
         A parameter has ``name``, ``kind``, ``text``, ``unit``, ``allowed``, ``low``,
         ``high``, ``slider``, ``logarithmic``, ``rule``, ``choices`` and ``default``.
     """
@@ -137,19 +137,19 @@ def _texts(model: Model) -> dict[str, str]:
     texts = {name: PRESETS[name] for name in model.presets if name in PRESETS}
     for name in only_wrapping(model):
         before = [texts[name]] if name in texts else []
-        texts[name] = "; ".join([*before, f"its torus {WRAPS_ONLY}"])
+        texts[name] = "; ".join([*before, f"the torus {WRAPS_ONLY}"])
     return texts
 
 
 def _differences(
     shown: Mapping[str, Value], other: Mapping[str, Value]
 ) -> dict[str, Value]:
-    """Return the parameters in which another preset differs, with its values."""
+    """Return the parameters in which another preset differs, with the other values."""
     return {name: plain(other[name]) for name in shown if shown[name] != other[name]}
 
 
 def trials_of(spec: OpenedSpec | None) -> Reply | None:
-    """Return the trials of an opened spec, from which a page chooses one."""
+    """Return the trials of an opened spec, from which a page chooses."""
     if spec is None:
         return None
     design = spec.design
@@ -159,7 +159,7 @@ def trials_of(spec: OpenedSpec | None) -> Reply | None:
 def offered(
     study: str, columns: Mapping[str, NDArray[Any]], points: int, replicates: int
 ) -> Reply:
-    """Return the trials of a study, for a page that chooses one.
+    """Return the trials of a study, for a page that chooses a trial.
 
     Parameters
     ----------
@@ -180,7 +180,7 @@ def offered(
 
 
 def trial_of(spec: OpenedSpec | None) -> Reply | None:
-    """Return the shown trial of an opened spec, its swept values and its neighbours."""
+    """Return the shown trial of an opened spec, swept values and adjacent trials."""
     if spec is None:
         return None
     settings = spec.design.settings(spec.point)
@@ -198,16 +198,16 @@ def trial_of(spec: OpenedSpec | None) -> Reply | None:
 def placed(
     here: Place, values: Mapping[str, Value], before: Place | None, after: Place | None
 ) -> Reply:
-    """Return the shown trial of a study as the state message has it.
+    """Return the shown trial of a study in the form of the state message.
 
     Parameters
     ----------
     here : Place
         The trial.
     values : mapping
-        Its values of the parameters that vary.
+        Values of the parameters that vary.
     before, after : Place or None
-        The trials before and after it; None where there is none.
+        The previous and the next trial; None at an end of the study.
     """
     point, replicate = here
     return {
@@ -242,8 +242,8 @@ def _control(setting: Setting, default: Value) -> Reply:
 def _slider(setting: Setting, default: Value) -> list[float] | None:
     """Return low, high and step of a slider around the preset value.
 
-    Return None if that value is no number, is infinite, or must be a multiple of the
-    time step.
+    Return None if the preset value is not a number, is infinite, or must be a multiple
+    of the time step.
     """
     if (
         isinstance(default, bool | str)

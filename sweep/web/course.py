@@ -1,6 +1,7 @@
 """The course of a live run since its start.
 
-It has the parameters from each change on, and states from which any step is run again.
+A course has the parameters from each change on, and states from which any step is run
+again.
 """
 
 from bisect import bisect_right
@@ -13,14 +14,14 @@ from sweep.web.state import ViewState
 from sweep.web.track import quiet, run_to, steps_a_call
 
 MOST_BYTES = 128 * 2**20
-"""The most memory, in bytes, that the kept states of a run take.
+"""Largest memory, in bytes, that the kept states of a run take.
 
-Beyond it every second state is dropped, and reaching a step takes longer.
+Beyond this limit every second state is dropped, and reaching a step takes longer.
 """
 MOST_PARTS = 1000
-"""The most changes of a run that are remembered.
+"""Largest number of changes of a run that are remembered.
 
-Beyond it the earlier half of the run is forgotten.
+Beyond this limit the earlier half of the run is forgotten.
 """
 
 RUNS = count()
@@ -28,7 +29,7 @@ RUNS = count()
 
 
 class Part(NamedTuple):
-    """Steps with the same parameters.
+    """Steps with equal parameters.
 
     Attributes
     ----------
@@ -51,8 +52,8 @@ class Part(NamedTuple):
 class Course:
     """The parts of a run, whose steps from `first` to `last` can be reached.
 
-    A change makes another course of the same `run`; a run that begins again has another
-    number.
+    A change makes another course with an equal `run` number. A run that begins again
+    has a new number.
     """
 
     def __init__(self, state: ViewState) -> None:
@@ -62,7 +63,7 @@ class Course:
         self.run = next(RUNS)
 
     def copied(self) -> "Course":
-        """Return an independent course with the same parts."""
+        """Return an independent course with equal parts."""
         other = Course(self.parts[0].state)
         other.parts = [
             part._replace(checkpoints=dict(part.checkpoints)) for part in self.parts
@@ -92,8 +93,8 @@ class Course:
     ) -> tuple["Course", Simulation]:
         """Return the course with another state from here on, and its simulation.
 
-        The steps after the step of `simulation` are no part of the new course. Where no
-        step was taken since the last change, the new change replaces it.
+        The steps after the step of `simulation` are not part of the new course. If no
+        step was taken since the last change, the new change replaces the last change.
 
         Parameters
         ----------
@@ -109,7 +110,7 @@ class Course:
         Course
             The new course.
         Simulation
-            The simulation that continues it.
+            The simulation that continues the new course.
         """
         step = simulation.step
         course = self._until(step)
@@ -129,7 +130,7 @@ class Course:
         return course, later
 
     def lengthened(self, steps: int) -> "Course":
-        """Return the same course of a run of `steps` steps.
+        """Return this course for a run of `steps` steps.
 
         No frame depends on the number of steps.
         """
@@ -167,7 +168,7 @@ class Course:
     def at(self, step: int) -> Simulation:
         """Return a simulation at a step from `first` to `last`.
 
-        It holds no frames.
+        The simulation holds no frames.
         """
         index = self._index(step)
         start, begin = max(

@@ -1,6 +1,6 @@
 """The demos of the start page: specs next to this file, with title and sentence.
 
-Their animations are runs of these specs, simulated when a start page asks for them.
+The animations are runs of the specs, simulated when a start page asks for animations.
 """
 
 import base64
@@ -23,23 +23,23 @@ class Demo:
     Attributes
     ----------
     name : str
-        Its file in FOLDER, without the ending.
+        Name of the file in FOLDER, without the ending.
     title : str
         A title of a few words.
     sentence : str
         A sentence about what to look for.
     speed : float
-        Speed at which it is opened, in steps per second.
+        Speed of the opened demo, in steps per second.
     overlays : tuple of str
-        Overlays that are drawn with it.
+        Overlays of the opened demo.
     first : int
-        First step of its animation.
+        First step of the animation.
     every : int
         Steps between two frames of the animation.
     frames : int
         Number of frames of the animation.
     beside : str, default ""
-        Another preset that is shown next to it, or "".
+        A second preset, shown next to the first one, or "".
     """
 
     name: str
@@ -58,11 +58,11 @@ class Demo:
         return (FOLDER / f"{self.name}.yaml").read_text(encoding="utf-8")
 
     def shown(self) -> Live:
-        """Return its run, at the first step."""
+        """Return the run of the demo, at the first step."""
         return Live(from_study(load_spec(FOLDER / f"{self.name}.yaml", code=False)))
 
     def entry(self) -> Reply:
-        """Return its entry of the start page, with the spec that it opens."""
+        """Return the entry for the start page, with the spec to open."""
         return {
             "name": self.name,
             "title": self.title,
@@ -80,7 +80,7 @@ DEMOS = {
         Demo(
             name="flock",
             title="A flock",
-            sentence="Each boid follows three rules about its neighbours, and nobody"
+            sentence="Each boid follows three rules about neighbours, and no boid"
             " leads.",
             speed=60,
             overlays=(),
@@ -91,8 +91,8 @@ DEMOS = {
         Demo(
             name="cafeteria",
             title="Cover a cafeteria",
-            sentence="A hundred boids wander round two tables; the floor that they have"
-            " visited is coloured.",
+            sentence="A hundred boids wander round two tables. Colour marks the visited"
+            " floor.",
             speed=60,
             overlays=("trails", "coverage"),
             first=0,
@@ -102,8 +102,8 @@ DEMOS = {
         Demo(
             name="crowd",
             title="One weight too strong",
-            sentence="In the same cafeteria boids that pull together too much crowd in"
-            " one place.",
+            sentence="In this cafeteria the cohesion is too strong, and the boids crowd"
+            " together.",
             speed=60,
             overlays=("trails", "coverage"),
             first=0,
@@ -113,7 +113,7 @@ DEMOS = {
         Demo(
             name="maze",
             title="Through the maze",
-            sentence="Ten robots flock round six walls to their goal.",
+            sentence="Ten robots flock round six walls to the goal.",
             speed=30,
             overlays=("trails",),
             first=0,
@@ -122,9 +122,9 @@ DEMOS = {
         ),
         Demo(
             name="text",
-            title="What the paper says, what its program did",
-            sentence="By the equations of the paper the flock bursts; beside it, on the"
-            " same clock and seed, are the flocks of its program.",
+            title="A paper and its program",
+            sentence="With the equations of the paper the flock bursts. The flocks of"
+            " the program run next to it, with equal clock and seed.",
             speed=5,
             overlays=("trails",),
             first=0,
@@ -135,7 +135,7 @@ DEMOS = {
         Demo(
             name="thousand",
             title="A thousand boids",
-            sentence="Each flock has a colour of its own, until it meets another one.",
+            sentence="Each flock has a distinct colour, until two flocks meet.",
             speed=60,
             overlays=("flocks",),
             first=150,
@@ -148,13 +148,13 @@ DEMOS = {
 PICTURED = ("flocks",)
 """Overlays that the server adds to a frame of an animation.
 
-The page draws trails itself. Visits would be many times as large as the boids.
+The page draws trails. Visits would be many times as large as the boids.
 """
 
 
 @cache
 def moving(name: str) -> Reply:
-    """Return the animation of a demo: its scene, and its frames in base64."""
+    """Return the animation of a demo: the scene, and the frames in base64."""
     demo = DEMOS[name]
     show = demo.shown()
     show.draw(tuple(name for name in demo.overlays if name in PICTURED))
@@ -166,7 +166,7 @@ def moving(name: str) -> Reply:
 
 
 def _run_to(show: Live, step: int) -> None:
-    """Take steps up to `step`, one by one as the page does."""
+    """Take steps up to `step`, one by one like the page."""
     show.take_steps(step - show.step)
     while show.going:
         show.advance(step - show.step)

@@ -1,4 +1,4 @@
-"""Edits on the page, to be undone and done again."""
+"""Edits on the page, for undo and redo."""
 
 from typing import NamedTuple
 
@@ -15,9 +15,9 @@ MAP = {"map", *SIDES}
 
 
 class Moment(NamedTuple):
-    """A run at a step: the state on the screen, and the course and history before it.
+    """A run at a step: the state on the screen, the past course and the past history.
 
-    Course and history are remembered of the latest moments only; otherwise they are
+    Only the latest moments keep course and history; in older moments the values are
     None.
     """
 
@@ -43,9 +43,9 @@ class EditStack:
         self.going = ""
 
     def add(self, before: Moment, after: Moment, subject: str, *, part: bool) -> None:
-        """Add the change between two moments, if there is one.
+        """Add the change between two moments, if any.
 
-        Parts of one gesture have one `subject`, and become one edit.
+        Parts of one gesture have an equal `subject`, and become one edit.
 
         Parameters
         ----------
@@ -54,7 +54,7 @@ class EditStack:
         subject : str
             The kind and the target of the message.
         part : bool
-            Whether further parts of the same gesture follow.
+            Whether further parts of the gesture follow.
         """
         if self.going == subject and self.past:
             before = self.past.pop().moment
@@ -66,14 +66,14 @@ class EditStack:
     def undo(self, now: Moment) -> Moment:
         """Return the moment before the last edit.
 
-        Raises SpecError if there is none.
+        Raises SpecError if there is no edit to undo.
         """
         return _back("undo", self.past, self.future, now)
 
     def redo(self, now: Moment) -> Moment:
         """Return the moment after the edit that was undone last.
 
-        Raises SpecError if there is none.
+        Raises SpecError if no edit was undone.
         """
         return _back("redo", self.future, self.past, now)
 
@@ -87,7 +87,7 @@ def _back(verb: str, edits: list[Edit], reverse: list[Edit], now: Moment) -> Mom
 
 
 def _light(edits: list[Edit]) -> list[Edit]:
-    """Return the same edits, without the runs that take memory."""
+    """Return the edits without the runs, which take memory."""
     return [
         Edit(words, moment._replace(course=None, history=None))
         for words, moment in edits
@@ -97,7 +97,7 @@ def _light(edits: list[Edit]) -> list[Edit]:
 def differing(before: ViewState, after: ViewState) -> set[str]:
     """Return the names of the parameters in which two states of a model differ.
 
-    The name `obstacles` stands for custom maps, with their names and sizes.
+    The name `obstacles` means custom maps, with names and sizes.
     """
     names = {
         name
@@ -110,7 +110,7 @@ def differing(before: ViewState, after: ViewState) -> set[str]:
 
 
 def _between(before: Moment, after: Moment) -> str:
-    """Return the change between two moments, in words; "" for none."""
+    """Return the change between two moments, in words; "" for no change."""
     old = before.state
     new = after.state
     if (old.model, old.preset) != (new.model, new.preset):

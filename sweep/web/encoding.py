@@ -37,8 +37,8 @@ def frame(
     size : (float, float)
         Width and height of the world, in the model's length.
     sections : sequence of (int, bytes), optional
-        Flag and bytes of each section, as `flocks`, `accelerations` and `coverage`
-        return them.
+        Flag and bytes of each section: return values of `flocks`, `accelerations` and
+        `coverage`.
     """
     x, y, vx, vy = bodies
     left, right = _span(x, size[0])
@@ -61,8 +61,8 @@ def frame(
 def _span(coordinate: Floats, length: float) -> tuple[float, float]:
     """Return the ends of a coordinate in a frame.
 
-    They are 0 and `length`, moved outwards to boids outside, but by no more than
-    `length`. They are rounded to 32 bits, as the page reads them.
+    The ends are 0 and `length`, moved outwards to boids outside, but by no more than
+    `length`. The values are rounded to the 32 bits that the page reads.
     """
     low = max(-length, min(0.0, coordinate.min()))
     high = min(2 * length, max(length, coordinate.max()))

@@ -53,7 +53,7 @@ DRAWING = Lock()
 
 
 class File(NamedTuple):
-    """A file for the user: its name, its MIME type and its bytes."""
+    """A file for the user: name, MIME type and bytes."""
 
     name: str
     mime: str
@@ -65,7 +65,7 @@ class File(NamedTuple):
         Parameters
         ----------
         path : Path
-            The file; its ending must be that of `name`.
+            The file, with the ending of `name`.
         force : bool, default False
             Replace a file that exists.
 
@@ -87,7 +87,9 @@ def draw_frame(
     kind: str,
     spec: str = "",
 ) -> File:
-    """Return the image of one frame. The same frame gives the same bytes.
+    """Return the image of one frame.
+
+    Equal frames give equal bytes.
 
     Parameters
     ----------
@@ -128,7 +130,7 @@ def _svg(
 ) -> bytes:
     """Return the SVG of a frame.
 
-    The frame is drawn as pixels first, because that writes the title.
+    The frame is drawn as pixels first, because that step writes the title.
     """
     file = io.BytesIO()
     words = "; ".join(
@@ -187,12 +189,12 @@ def _drawn(scene: Scene, flight: KeptFlight, report: Report) -> Iterator[Picture
 def thinned(flight: KeptFlight, most: int) -> KeptFlight:
     """Return a run with at most `most` frames.
 
-    It has every second, third, ... frame, and the last one. Raises ChoiceError if
-    `most` is below 2.
+    The result has every second, third, ... frame, and the last frame. Raises
+    ChoiceError if `most` is below 2.
     """
     if most < 2:
         raise ChoiceError(
-            f"at most {most} frames: a run has two at least, its first and its last"
+            f"at most {most} frames: use 2 or more, for the first and the last frame"
         )
     count = len(flight.steps)
     if count <= most:

@@ -27,7 +27,7 @@ KINDS = (*PICTURES, *RUNS)
 
 
 class Order(NamedTuple):
-    """The content of the screen, for a file of it.
+    """The content of the screen, for a file.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class Order(NamedTuple):
     until : int
         Last step of the run in a file.
     refused : str, default ""
-        The reason why there can be no file of the run; "" where there can.
+        Reason why a file of the run is impossible; "" where a file is possible.
     """
 
     study: str
@@ -59,14 +59,14 @@ class Order(NamedTuple):
 Tell = Callable[[str, float], None]
 """Called with the current work and the finished fraction, from 0 to 1.
 
-It raises StoppedError where nobody wants the file any more.
+The callable raises StoppedError if the file is no longer wanted.
 """
 Make = Callable[[Tell], Reply]
-"""Makes a file and returns the file message. It may take long."""
+"""A callable that makes a file, which may take long, and returns the file message."""
 
 
 class StoppedError(Exception):
-    """A file is not wanted any more."""
+    """A file is no longer wanted."""
 
 
 def untold(_doing: str, _share: float) -> None:
@@ -111,7 +111,7 @@ def filed(order: Order, kind: str, greeting: list[Reply], spec: str) -> Make:
     Raises
     ------
     SpecError
-        If the kind is unknown, or the order refuses a file of the run.
+        If the kind is unknown, or `order` has a reason against a file of the run.
     """
     if kind not in KINDS:
         raise SpecError(unknown("kind of file", kind, KINDS))
@@ -123,8 +123,8 @@ def filed(order: Order, kind: str, greeting: list[Reply], spec: str) -> Make:
 def origin_of(order: Order, spec: str) -> Reply:
     """Return the origin message of a frame.
 
-    It has the names of an image of the frame and of the trial, without an ending, and
-    the metadata of the image.
+    The message has the names of an image of the frame and of the trial, without an
+    ending, and the metadata of the image.
     """
     name = picture_name(order.study, order.job, order.step)
     return {

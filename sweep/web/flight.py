@@ -1,6 +1,6 @@
-"""Runs with all their frames in memory.
+"""Runs with all frames in memory.
 
-A page can go to any of the frames, and a file can be written from them.
+A page can go to any of the frames, and a file can be written from the frames.
 """
 
 from typing import NamedTuple
@@ -14,9 +14,9 @@ from sweep.trial import joined, measured
 from sweep.web.running import recorded
 
 MOST_BYTES = 256 * 2**20
-"""The most memory, in bytes, that the frames of a run take.
+"""Largest memory, in bytes, that the frames of a run take.
 
-Of a larger run every second frame is kept, or every third, and so on.
+A larger run keeps every second frame, or every third, and so on.
 """
 
 
@@ -64,10 +64,10 @@ def fly(
     until: int | None = None,
     report: Report = silent,
 ) -> KeptFlight:
-    """Run a trial and keep its frames.
+    """Run a trial and keep the frames.
 
-    A run that diverges ends with its last finite frame. An exception of the trial is
-    raised as it is.
+    A run that diverges ends with the last finite frame. An exception of the trial is
+    raised unchanged.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def fly(
     every : int, default 0
         Steps between two frames; 0 keeps as many frames as MOST_BYTES hold.
     until : int, optional
-        Step at which the run is cut off; by default it runs to its end.
+        Step at which the run is cut off; by default the run is complete.
     report : callable, optional
         Called with the number of steps done and the number of all steps.
     """

@@ -1,6 +1,6 @@
 """Title, caption, citation and licence of a recording.
 
-They are for a reader who has the recording alone.
+The texts are for a reader who has only the recording.
 """
 
 from dataclasses import dataclass
@@ -46,7 +46,7 @@ def _caption(flight: KeptFlight) -> str:
     settings = job.settings
     boids = so_many(int(settings["n"]), "boid")
     steps = so_many(int(flight.steps[-1]), "step")
-    shown = "" if flight.every == 1 else f"; a frame every {flight.every:,} is shown"
+    shown = "" if flight.every == 1 else f"; one frame in {flight.every:,} is shown"
     return (
         f"{boids} of the model {job.model}, preset {job.preset}, on the map"
         f" {settings['map']}: {steps}, dt = {settings['dt']:g}"

@@ -1,4 +1,4 @@
-"""The metrics of a run by step, thinned where there are too many for a plot."""
+"""The metrics of a run by step, thinned to a number of steps that a plot can show."""
 
 import math
 from collections.abc import Mapping
@@ -11,7 +11,7 @@ MOST = 4096
 
 
 class Cursor(NamedTuple):
-    """The news that a page has got already.
+    """The news that a page already has.
 
     Attributes
     ----------
@@ -20,7 +20,7 @@ class Cursor(NamedTuple):
     step : int
         Last step of the history.
     entered : int
-        How often a run has come to other parameters by itself.
+        Number of times that a run has reached a change of parameters.
     each : tuple of Cursor
         The cursors of several runs.
     """
@@ -34,8 +34,8 @@ class Cursor(NamedTuple):
 class History:
     """The values of the followed metrics.
 
-    Whenever there are more than MOST steps, every second one is dropped. Metrics that
-    were followed before keep their values.
+    Beyond MOST steps every second step is dropped. Metrics that were followed before
+    keep the values.
     """
 
     def __init__(self) -> None:
@@ -43,21 +43,21 @@ class History:
         self.begin(())
 
     def begin(self, names: tuple[str, ...]) -> None:
-        """Forget everything and follow these metrics."""
+        """Forget everything and follow the named metrics."""
         self.every = 1
         self.steps: list[int] = []
         self.columns: dict[str, list[float]] = {}
         self.follow(names)
 
     def follow(self, names: tuple[str, ...]) -> None:
-        """Follow these metrics from here on."""
+        """Follow the named metrics from here on."""
         self.era += 1
         self.names = names
         for name in names:
             self.columns.setdefault(name, [math.nan] * len(self.steps))
 
     def copied(self) -> "History":
-        """Return an independent history with the same values."""
+        """Return an independent history with equal values."""
         other = History()
         other.era = self.era
         other.names = self.names
@@ -69,7 +69,7 @@ class History:
     def add(
         self, steps: NDArray[np.int64], values: Mapping[str, NDArray[np.float64]]
     ) -> None:
-        """Add values of the followed metrics. Steps that are known stay.
+        """Add values of the followed metrics, and keep the values of known steps.
 
         Parameters
         ----------
@@ -107,7 +107,7 @@ class History:
     def since(self, cursor: Cursor) -> tuple[dict[str, object] | None, Cursor]:
         """Return the metrics message after `cursor`, and the next cursor.
 
-        The message is None where nothing is new.
+        The message is None if there is no new value.
         """
         reset = cursor.era != self.era
         after = -1 if reset else cursor.step

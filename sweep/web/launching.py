@@ -1,9 +1,9 @@
-"""Launches that a page asks for: one spec, in the file that the user has named.
+"""Launches of a spec that a page asks for, in the file that the user has named.
 
-A page proposes a text for this file, and gets the changes that its launch would make.
-If the user confirms them, the text is written, and `sweep launch` of the file runs as a
-process of its own. The process has no terminal, and ends with neither the page nor this
-server.
+A page proposes a text for this file, and gets the changes that a launch would make.
+If the user confirms the changes, the text is written, and `sweep launch` of the file
+runs as a separate process. The process has no terminal, and continues after the end of
+the page and of this server.
 """
 
 import difflib
@@ -26,9 +26,9 @@ from sweep.store import Location, Lock, place_of
 from sweep.tables import StoredStudy, compare, unfinished
 from sweep.text import so_many, unknown
 
-NOBODY = "This page only reads: --launch SPEC lets it launch."
+NOBODY = "This page only reads; start the server with --launch SPEC to launch."
 LAST_CHARACTERS = 2000
-"""The most characters of the output of a launch that a page gets."""
+"""Largest number of characters of the output of a launch that a page gets."""
 PROCESS = (sys.executable, "-P", "-c", "from sweep.cli import main; main()")
 
 
@@ -40,19 +40,19 @@ class Proposal(NamedTuple):
     text : str
         Text of the spec.
     file : str
-        File in which it would be written; "" for none.
+        File for the text; "" for no file.
     lines : str
         Changes of the text in the file, as a unified difference.
     difference : str
-        Output of `sweep diff`; for a new study, the number of its trials.
+        Output of `sweep diff`; for a new study, the number of trials.
     to_run : int
         Trials that are not stored yet.
     command : str
         Command that launches the file after the text is written.
     digest : str
-        SHA-256 of the text in the file that `lines` compares with; "" for none.
+        SHA-256 of the text in the file that `lines` compares with; "" for no file.
     why_not : str
-        Reason why the page cannot launch it; "" where it can.
+        Reason why the page cannot launch the text; "" where the page can.
     """
 
     text: str
@@ -80,28 +80,28 @@ class StartedLaunch(NamedTuple):
 
 
 class Launcher:
-    """Launches the spec in one file into one results folder. Any thread may call it.
+    """Launches the spec in a file into a results folder. Any thread may call a method.
 
     Parameters
     ----------
     file : Path
         The file, which need not exist yet.
     results : Location
-        Folder where its trials are stored.
+        Folder of stored studies.
     options : sequence of str, optional
         Further options of the command.
     known : Catalogue, optional
-        Models, metrics and maps by name where there is no file yet. A text names no
-        other code.
+        Models, metrics and maps by name where the file does not exist yet. A text can
+        name only code that is known here.
     read : callable, optional
-        Reads the spec in the file, where there is one.
+        Reads the spec in an existing file.
 
     Raises
     ------
     SpecError
         If the spec in the file is not valid.
     ChoiceError
-        If the file is a link, or its folder does not exist.
+        If the file is a link, or the folder of the file does not exist.
     """
 
     def __init__(
@@ -121,23 +121,23 @@ class Launcher:
         self._lock = threading.Lock()
         self.started: StartedLaunch | None = None
         if file.is_symlink():
-            raise ChoiceError(f"--launch {file}: is a link; name the file it leads to")
+            raise ChoiceError(f"--launch {file}: is a link; name the target file")
         if not file.parent.is_dir():
             raise ChoiceError(f"--launch {file}: there is no folder {file.parent}")
         study = self.now()
         self.study = study.name if study else ""
 
     def now(self) -> Study | None:
-        """Return the study in the file as it is now; None for no file.
+        """Return the study that is in the file now; None for no file.
 
-        Raises as `load_spec`.
+        The exceptions of `load_spec` are raised.
         """
         return self._read(self.file) if self.file.exists() else None
 
     def proposed(self, text: str) -> Proposal:
         """Return the changes that a launch of this text would make.
 
-        Raises as `compare`.
+        The exceptions of `compare` are raised.
         """
         return self._proposed(text)[0]
 
@@ -151,12 +151,12 @@ class Launcher:
         return proposal._replace(digest=digest, why_not=self._why_not(study)), study
 
     def _why_not(self, study: Study) -> str:
-        """Return why a study cannot be launched now; "" where it can."""
+        """Return why a study cannot be launched now; "" where a launch is possible."""
         owners = Lock(place_of(self.results / study.name, self.results)).owners()
         if self.running:
             return "A launch that was started here is still running."
         if owners:
-            return f"It is being launched, by {', '.join(owners)}."
+            return f"The study is being launched by {', '.join(owners)}."
         return ""
 
     @property
@@ -165,7 +165,7 @@ class Launcher:
         return self.started is not None and self.started.process.poll() is None
 
     def launch(self, text: str, digest: str) -> dict[str, Any]:
-        """Write a proposed text into the file, launch it, and return the new state.
+        """Write a proposed text into the file, launch the file, and return the state.
 
         Parameters
         ----------
@@ -181,14 +181,14 @@ class Launcher:
         OutputError
             If the file cannot be written.
         UserError
-            As `proposed` raises it.
+            If `proposed` raises an exception.
         """
         with self._lock:
             proposal, study = self._proposed(text)
             if proposal.digest != digest:
                 raise ChoiceError(
-                    f"{self.file}: has changed since this page has read it; look at"
-                    " the change again"
+                    f"{self.file}: has changed since this page has read the file;"
+                    " review the changes again"
                 )
             if proposal.why_not:
                 raise ChoiceError(proposal.why_not, study.name)
@@ -226,8 +226,8 @@ class Launcher:
     def state(self) -> dict[str, Any]:
         """Return the file, and the state of the launch that was started here.
 
-        The state of a launch has its study, its process, its exit code, None while it
-        runs, and the end of its stderr.
+        The state of a launch has the study, the process, the exit code (None for a
+        running process) and the end of stderr.
         """
         started = self.started
         if started is None:
@@ -242,9 +242,9 @@ class Launcher:
         return {"file": str(self.file), "started": launch}
 
     def leave(self) -> str:
-        """Let go of the launch that was started here, and return a text for the user.
+        """Release the launch that was started here, and return a text for the user.
 
-        The text tells how to stop a launch that still runs; "" where none does.
+        The text tells how to stop a launch that still runs; "" if no launch runs.
         """
         if self.started:
             self.started.stderr.close()
@@ -252,24 +252,24 @@ class Launcher:
             return ""
         process = self.started.process.pid
         return (
-            f"the launch of {self.started.study} goes on, as process {process};"
-            f" `kill {process}` stops it, and what is done stays"
+            f"the launch of {self.started.study} continues as process {process};"
+            f" `kill {process}` stops the launch, and finished trials stay stored"
         )
 
 
 def proposed(
     study: Study, before: str, results: Location, options: Sequence[str] = ()
 ) -> Proposal:
-    """Return the changes that a launch of a study from its file would make.
+    """Return the changes that a launch of a study from a file would make.
 
-    The proposal is the one of a page that may not launch.
+    The proposal is for a page that may not launch.
 
     Parameters
     ----------
     study : Study
         Study of the proposed text.
     before : str
-        Text that the file has now.
+        Present text of the file.
     results : Location
         Folder of stored studies.
     options : sequence of str, optional
@@ -278,7 +278,7 @@ def proposed(
     Raises
     ------
     UserError
-        As `compare` raises it.
+        If `compare` raises an exception.
     """
     difference, to_run = _changes(study, results)
     return Proposal(
@@ -294,21 +294,21 @@ def proposed(
 
 
 def stored_spec(stored: StoredStudy) -> Study:
-    """Return the study of a stored spec, as if it were a file of the current folder.
+    """Return the study of a stored spec, as of a file in the current folder.
 
     Raises ChoiceError where the spec names custom code, and SpecError.
     """
     if isinstance(stored.known, OwnCatalogue):
         raise ChoiceError(
-            "its spec names code of its own, which lies beside its file;"
-            " sweep show --launch SPEC names that file",
+            "the stored spec names custom code, which is next to the file of the spec;"
+            " name this file with sweep show --launch SPEC",
             stored.name,
         )
     return study_with(stored.spec, Path(SPEC), stored.known)
 
 
 def spec_like(study: Study, text: str) -> Study:
-    """Return the study of another text, as if it were in the file of this study.
+    """Return the study of another text, as if the file of this study had the text.
 
     The text may name the code that this study names. Raises SpecError.
     """
@@ -325,12 +325,12 @@ def _words(file: Path, results: Location, options: Sequence[str]) -> list[str]:
 def _changes(study: Study, results: Location) -> tuple[str, int]:
     """Return the output of `sweep diff` for a study, and the number of trials to run.
 
-    For a study that is not stored, return the number of its trials.
+    For a study that is not stored, the number of trials to run is the number of trials.
     """
     if study.strategy_section and not study.has_design:
         section, _ = study.strategy_section
         message = (
-            "a page launches trials that are known before; run"
+            "a page launches only trials that are known in advance; run"
             f' "sweep {section.command}" for "{section.key.name}"'
         )
         raise study.document.error(section.place, message)
@@ -365,16 +365,16 @@ def actions(launcher: Launcher | None) -> Mapping[str, Callable[[Any], Any]]:
 
 
 def state_of(launcher: Launcher | None) -> dict[str, Any]:
-    """Return the state of a launcher, or that of a page that may not launch."""
+    """Return the state of a launcher; without a launcher a page may not launch."""
     if launcher is None:
         return {"file": "", "started": None}
     return launcher.state()
 
 
 def _texts(body: Any, *names: str) -> list[str]:
-    """Return the values of an object that has these texts and nothing else.
+    """Return the values of an object with these strings and no further keys.
 
-    Raises ChoiceError for any other object: it may come from anyone.
+    Raises ChoiceError for any other object, because anyone may send objects.
     """
     if not isinstance(body, dict):
         raise ChoiceError("the message must be an object")
@@ -383,7 +383,7 @@ def _texts(body: Any, *names: str) -> list[str]:
             raise ChoiceError(unknown("key of the message", key, names))
     for name in names:
         if not isinstance(body.get(name), str):
-            raise ChoiceError(f'the message must have a text "{name}"')
+            raise ChoiceError(f'the message must have a string "{name}"')
     return [body[name] for name in names]
 
 
@@ -392,7 +392,7 @@ def _sha256(text: str) -> str:
 
 
 def _lines(before: str, after: str) -> str:
-    """Return a unified difference without its head, which names files."""
+    """Return a unified difference without the head, which names files."""
     lines = difflib.unified_diff(before.splitlines(), after.splitlines(), lineterm="")
     return "\n".join([*lines][2:])
 

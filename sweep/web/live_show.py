@@ -1,6 +1,7 @@
 """A live run as a Show.
 
-It turns the messages of a page into calls of a Session, and the Session into messages.
+The Show turns messages of a page into calls of a Session, and the Session into
+messages.
 """
 
 import time
@@ -26,7 +27,7 @@ from sweep.web.session import Session
 from sweep.web.state import Range, ViewState, from_opened
 
 COVERAGE_PERIOD = 0.25
-"""Seconds between two sections of coverage while the run goes on."""
+"""Seconds between two sections of coverage during the run."""
 
 EDITING = (
     messages.Set
@@ -51,7 +52,7 @@ class Live(Session):
     def greeting(self) -> list[Reply]:
         """Return controls, scene and state.
 
-        The state is the last: a page that has the state has the other two already.
+        The state comes last, so a page that has the state also has controls and scene.
         """
         state = self.state
         shown = controls(
@@ -69,7 +70,7 @@ class Live(Session):
         ]
 
     def waiting(self, message: Message) -> str:
-        """Return what is compiled before a message is answered; "" for nothing."""
+        """Return a text on the compilation before an answer; "" for no compilation."""
         state = self.state
         match message:
             case messages.ChooseModel(model, preset):
@@ -83,10 +84,11 @@ class Live(Session):
         return ""
 
     def handle(self, message: Message) -> list[Reply]:
-        """Do what the page asks, and return the answer.
+        """Handle a message of the page, and return the answer.
 
-        The answer is the state, before it the scene where the world may have changed. A
-        request for the spec, the kept run or the origin gets only that message.
+        The answer is the state, after the scene if the world may have changed. The
+        answer to a request for the spec, the kept run or the origin is only the
+        requested message.
         """
         if isinstance(message, messages.Spec):
             yaml = self.spec()
@@ -111,7 +113,7 @@ class Live(Session):
         return [*([] if self.simulation is before else [self.scene()]), self.status()]
 
     def _edit(self, message: Message) -> None:
-        """Do what the page asks, and record its edit."""
+        """Handle a message of the page, and record the edit."""
         if not isinstance(message, EDITING):
             do(self, message)
             return
@@ -123,10 +125,10 @@ class Live(Session):
         self.edits.add(before, self.moment(), subject, part=part)
 
     def beside(self, preset: str, /) -> "Live":
-        """Return a run to be shown next to this one.
+        """Return a run to be shown next to this run.
 
-        It is a run of another preset, both from the start; or for "" a copy of this
-        run, from here on.
+        With a preset, the new run has this preset, and the two runs begin at the start.
+        With "" the new run is a copy of this run, from here on.
         """
         other = Live(self.state)
         if preset:
@@ -157,7 +159,7 @@ class Live(Session):
         return f"{point}, {numbered('replicate', spec.replicate, spec.replicates)}"
 
     def kept(self) -> Reply:
-        """Return the message with which a page resumes when its session is gone."""
+        """Return the message with which a page resumes after the end of a session."""
         state = self.state
         replicate = state.opened.replicate if state.opened else state.replicate
         return {
@@ -168,7 +170,7 @@ class Live(Session):
         }
 
     def restore(self, hello: messages.Hello) -> None:
-        """Show the run that a page has kept, unless that is a stored trial.
+        """Show the run that a page has kept, except a stored trial.
 
         Raises SpecError where the run cannot be shown.
         """
@@ -183,12 +185,12 @@ class Live(Session):
     def export(self, kind: str) -> Make:
         """Return a function that makes a file: an image of this frame, or the run.
 
-        A run whose parameters changed on the way is refused.
+        A run whose parameters changed on the way is rejected.
         """
         return filed(self.order(), kind, self.greeting(), self.spec())
 
     def order(self) -> Order:
-        """Return the content of the screen, for files of it."""
+        """Return the content of the screen, for files."""
         study = str(self.state.as_spec()["study"]) + ("" if self.exact else "-changed")
         return Order(
             study=study,
@@ -206,13 +208,13 @@ class Live(Session):
 
     @property
     def _unfilmed(self) -> str:
-        """The reason why there can be no file of the run; "" where there can."""
+        """Reason why a file of the run is impossible; "" where a file is possible."""
         if self.exact:
             return ""
-        return f"an animation shows the run that the spec gives, but {self.note}"
+        return f"an animation shows the run of the spec, but {self.note}"
 
     def news(self, cursor: Cursor) -> tuple[list[Reply], Cursor]:
-        """Return what is new since `cursor`, and the next cursor.
+        """Return the news since `cursor`, and the next cursor.
 
         The messages are metrics, the neighbours of the selected boid, and the names of
         the rules whose accelerations are shown.
@@ -247,12 +249,12 @@ class Live(Session):
         )
 
     def side(self, number: int, /) -> "Live":
-        """Return the run itself, which is the only one.
+        """Return this run, which is the only run.
 
-        Raises SpecError for a second one.
+        Raises SpecError for a second run.
         """
         if number:
-            raise SpecError("there is no second run beside this one")
+            raise SpecError("there is no second run next to this run")
         return self
 
     def states(self) -> list[Reply]:
@@ -294,7 +296,7 @@ class Live(Session):
         return scene_of(self.simulation.job)
 
     def selection(self) -> Reply:
-        """Return the selected boid and the boids that it sees."""
+        """Return the selected boid and the perceived neighbours."""
         boid = self.selected
         if boid is None:
             return {"type": "selection", "boid": None}
@@ -318,7 +320,7 @@ def _kind(state: ViewState) -> tuple[str, str, bool]:
 def do(session: Session, message: Message) -> None:
     """Call the method of the session that belongs to a message.
 
-    Raises SpecError for a message that is refused.
+    Raises SpecError for a message that the session rejects.
     """
     match message:
         case messages.Set(name, value):
@@ -354,7 +356,7 @@ def _aimed(
 ) -> dict[str, Value]:
     """Return the parameters by which the goal of this index is at a position.
 
-    Raises SpecError where there are not so many goals.
+    Raises SpecError if the index is too large.
     """
     if index == 0:
         return dict(zip(("goal_x", "goal_y"), position, strict=True))

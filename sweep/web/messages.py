@@ -1,4 +1,4 @@
-"""The messages of the page, one class each; sweep.web.protocol has the conversation."""
+"""The messages of the page, a class each; sweep.web.protocol has the conversation."""
 
 from dataclasses import dataclass, field
 from typing import Annotated
@@ -20,7 +20,7 @@ class Request:
     id : str
         Identifier that the answer repeats.
     side : int
-        The one of two runs side by side that the message is about: 0 or 1.
+        Number of the run, among two runs side by side: 0 or 1.
     """
 
     id: str = field(default="", kw_only=True)
@@ -31,12 +31,12 @@ class Request:
 class Hello(Request):
     """The first message of a page, which has a name.
 
-    A page that comes back finds its session by this name. Where there is none any more,
-    the session begins with the run that the page has kept. That is one run, two runs
-    side by side, or a stored trial `kept_trial` of the study `kept_study`.
+    A page that comes back finds the session by this name. If the session has ended, a
+    new session begins with the content that the page has kept. The content is a run,
+    two runs side by side, or a stored trial `kept_trial` of the study `kept_study`.
 
-    With a `trial` the session plays that stored trial of `study`; `beside` names
-    another trial of it that is played next to the first.
+    With a `trial` the session plays this stored trial of `study`. `beside` names a
+    second trial of the study, which is played next to the first trial.
     """
 
     page: str
@@ -54,7 +54,7 @@ class Hello(Request):
 
     @property
     def of_second(self) -> "Hello":
-        """The kept second run, as if it were the only one."""
+        """The kept second run, as a single run."""
         return Hello(
             self.page, self.yaml_beside, self.point_beside, self.replicate_beside
         )
@@ -62,7 +62,7 @@ class Hello(Request):
 
 @dataclass(frozen=True)
 class Set(Request):
-    """A new value of a parameter. With `part` more of the same gesture comes."""
+    """A new value of a parameter. With `part` the gesture continues."""
 
     name: str
     value: Value
@@ -112,7 +112,7 @@ class Step(Request):
 
 @dataclass(frozen=True)
 class Reset(Request):
-    """A request to go back to the start, with the parameters as they are."""
+    """A request to go back to the start, with the present parameters."""
 
 
 @dataclass(frozen=True)
@@ -129,9 +129,9 @@ class Speed(Request):
 
 @dataclass(frozen=True)
 class Shapes(Request):
-    """The obstacles that replace all others.
+    """The obstacles that replace all present obstacles.
 
-    With `part` more of the same gesture comes.
+    With `part` the gesture continues.
     """
 
     shapes: list[Shape]
@@ -140,9 +140,9 @@ class Shapes(Request):
 
 @dataclass(frozen=True)
 class Goal(Request):
-    """The position of a goal: the first one, or the one of this index among several.
+    """The position of a goal: the first goal, or the goal of this index.
 
-    With `part` more of the same gesture comes.
+    With `part` the gesture continues.
     """
 
     x: float
@@ -153,7 +153,7 @@ class Goal(Request):
 
 @dataclass(frozen=True)
 class Select(Request):
-    """The selected boid, or none."""
+    """The selected boid, or None."""
 
     boid: Whole | None
 
@@ -185,12 +185,12 @@ class Sweep(Request):
 
 @dataclass(frozen=True)
 class Spec(Request):
-    """A request for the spec of what is on the screen."""
+    """A request for the spec of the run on the screen."""
 
 
 @dataclass(frozen=True)
 class Keep(Request):
-    """A request for the run that a page keeps to resume when its session is gone."""
+    """A request for the run that a page keeps to resume after the end of a session."""
 
 
 @dataclass(frozen=True)
@@ -217,7 +217,7 @@ class Ready(Request):
 
 @dataclass(frozen=True)
 class Seek(Request):
-    """A step to go to: one that was run, or one of a stored trial."""
+    """A step to go to, of the past of a run or of a stored trial."""
 
     frame: Whole
 
@@ -234,10 +234,11 @@ class Redo(Request):
 
 @dataclass(frozen=True)
 class Beside(Request):
-    """A request for a second run next to this one, with the same seed.
+    """A request for a second run next to this run, with an equal seed.
 
-    With a `preset` it is a run of that preset of the model, and both begin at the
-    start. Otherwise it has the same parameters, and continues from here.
+    With a `preset` the second run has this preset of the model, and the two runs begin
+    at the start. Otherwise the second run has equal parameters, and continues from
+    here.
     """
 
     preset: str = ""
@@ -245,7 +246,7 @@ class Beside(Request):
 
 @dataclass(frozen=True)
 class Alone(Request):
-    """A request to show only this one of two runs."""
+    """A request to show only this run of two runs."""
 
 
 Message = (
@@ -308,4 +309,4 @@ MESSAGES: dict[str, type[Message]] = {
     "beside": Beside,
     "alone": Alone,
 }
-"""The classes by the `type` of their messages."""
+"""The classes by the `type` of the message."""

@@ -1,6 +1,6 @@
 """A spec that was opened on the page.
 
-Its text stays as it was, with comments, except for the changes made on the page.
+The text stays unchanged, with comments, except for the changes made on the page.
 """
 
 from collections.abc import Callable, Collection, Iterable, Mapping
@@ -29,7 +29,7 @@ class Edits(NamedTuple):
     Attributes
     ----------
     settings : mapping
-        Parameters that have another value.
+        Parameters with a changed value.
     shown : mapping
         The value of every parameter.
     maps : mapping
@@ -37,9 +37,9 @@ class Edits(NamedTuple):
     sweeps : mapping
         Entries of parameters that are to be swept.
     seed : int or None
-        Another seed, None for the same.
+        A new seed, None for an unchanged seed.
     record : tuple of str
-        Metrics that are to be recorded too.
+        Additional metrics to record.
     written : callable
         Returns the text for a value of a parameter, or for a metric, by name and value.
     """
@@ -55,7 +55,7 @@ class Edits(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class OpenedSpec:
-    """A study with its points, and the trial of it that is shown."""
+    """A study with the points, and the shown trial."""
 
     study: Study
     design: Design
@@ -64,7 +64,7 @@ class OpenedSpec:
 
     @property
     def replicates(self) -> int:
-        """The number of trials per point; the largest one where a rule adds trials."""
+        """The number of trials per point; the largest number if a rule adds trials."""
         return self.study.trials_per_point
 
     @property
@@ -74,7 +74,7 @@ class OpenedSpec:
         return Jobs(self.study, self.design)[index]
 
     def at(self, point: int, replicate: int) -> "OpenedSpec":
-        """Return the same spec at another trial.
+        """Return this spec at another trial.
 
         Parameters
         ----------
@@ -86,48 +86,49 @@ class OpenedSpec:
         Raises
         ------
         SpecError
-            If the spec has no such trial.
+            If the spec does not have this trial.
         """
         for name, number, count in (
             ("point", point, self.design.n_points),
             ("replicate", replicate, self.replicates),
         ):
             if number >= count:
-                raise SpecError(f"{name}: there is no {number:,}; 0 to {count - 1:,}")
+                raise SpecError(f"{name}: {number:,} is not in 0 to {count - 1:,}")
         return replace(self, point=point, replicate=replicate)
 
     def having(self, name: str, value: Value) -> "OpenedSpec":
         """Return the spec at the point that has this value of a parameter.
 
-        Among several points it is the one that shares most values with the shown point.
+        Among several points, the method chooses the point that has most values in
+        common with the shown point.
 
         Parameters
         ----------
         name : str
             Parameter that varies.
         value : int, float, str or bool
-            Its value.
+            Value of the parameter.
 
         Raises
         ------
         SpecError
-            If there is no such point, or the parameter does not vary.
+            If no point has this value, or the parameter does not vary.
         """
         point = point_having(self.design.columns, self.point, name, value)
         return self.at(point, self.replicate)
 
     def text(self, edits: Edits) -> str:
-        """Return the YAML of the spec with these changes.
+        """Return the YAML of the spec with the changes.
 
-        Entries that contradict the changes are removed. First these are the axes of a
-        parameter that has one value now. Where the shown point would not be among the
-        points, the derived parameters are removed too; if that is not enough, the whole
-        design.
+        Entries that contradict the changes are removed. The first candidates are the
+        axes of a parameter that has a single value now. If the points would not contain
+        the shown point, the derived parameters are removed too. If the point is still
+        missing, the whole design is removed.
         """
         touched = {*edits.settings, *edits.sweeps}
         axes = [axis for axis in self.study.axes if touched & axis.columns.keys()]
         if axes and any(axis.design for axis in self.study.axes):
-            axes = [*self.study.axes]  # one of several designs has no point of its own
+            axes = [*self.study.axes]  # a design of several has no separate point
         derived = {*self.study.derive}
         text = self._written(edits, axes, touched & derived)
         if not edits.sweeps and not self._has(text, edits.shown):
@@ -158,7 +159,7 @@ class OpenedSpec:
         *,
         require: bool = True,
     ) -> str:
-        """Return the text with shown values instead of these axes and derived names."""
+        """Return the text with shown values in place of axes and derived names."""
         yaml = YAML()
         yaml.preserve_quotes = True
         yaml.width = WIDTH
@@ -199,7 +200,8 @@ def point_having(
 ) -> int:
     """Return the index of the point that has this value of a parameter.
 
-    Among several points it is the one that shares most values with `point`.
+    Among several points, the function chooses the point that has most values in common
+    with `point`.
 
     Parameters
     ----------
@@ -210,15 +212,15 @@ def point_having(
     name : str
         Parameter that varies.
     value : int, float, str or bool
-        Its value.
+        Value of the parameter.
 
     Raises
     ------
     SpecError
-        If there is no such point, or the parameter does not vary.
+        If no point has this value, or the parameter does not vary.
     """
     if name not in columns:
-        raise SpecError(unknown("setting that varies", name, columns))
+        raise SpecError(unknown("varying parameter", name, columns))
     fits = columns[name] == value
     if not fits.any():
         raise SpecError(f"{name}: no point has {value}")
@@ -227,7 +229,7 @@ def point_having(
 
 
 def opened(study: Study) -> OpenedSpec:
-    """Return the opened spec of a study, at its first trial."""
+    """Return the opened spec of a study, at the first trial."""
     return OpenedSpec(study, expand(study))
 
 
@@ -241,13 +243,13 @@ def opened_again(
     yaml : str
         Text of the spec.
     point : str
-        Id of the point; where the spec has none of this id, its first trial is shown.
+        Id of the point; if the spec has no such point, the first trial is shown.
     replicate : int
         Number of the replicate, from 0.
     known : Catalogue
         Models, metrics and maps by name.
     path : Path
-        File in which the spec would be, for its paths and errors.
+        File of the spec, real or not, for relative paths and errors.
 
     Raises
     ------
@@ -261,7 +263,7 @@ def opened_again(
 
 
 def _remove(root: Any, place: Place) -> None:
-    """Remove an entry of a mapping, and the mapping if it has no other entry."""
+    """Remove an entry of a mapping, and the mapping if the entry is the last."""
     *above, key = place
     holder = root
     for part in above:

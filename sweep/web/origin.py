@@ -1,4 +1,4 @@
-"""The origin of a file of the page: its name and its metadata."""
+"""The origin of a file of the page: name and metadata."""
 
 from collections.abc import Mapping
 
@@ -8,7 +8,7 @@ from sweep.store import machine
 
 
 def about(study: str, job: Job) -> dict[str, str]:
-    """Return the origin of a file of a run, for its metadata."""
+    """Return the origin of a file of a run, for the metadata."""
     return {
         "Study": study,
         "Trial": job.trial_id,
@@ -19,7 +19,7 @@ def about(study: str, job: Job) -> dict[str, str]:
 
 
 def about_frame(study: str, job: Job, step: int, spec: str) -> dict[str, str]:
-    """Return the origin of an image of a step, or of a run up to it.
+    """Return the origin of an image of a step, or of a run up to the step.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def about_frame(study: str, job: Job, step: int, spec: str) -> dict[str, str]:
 
 
 def in_lines(origin: Mapping[str, str]) -> str:
-    """Return an origin as one text, for formats whose metadata have no keys."""
+    """Return an origin as a single text, for formats with metadata without keys."""
     return "\n".join(f"{key}: {value}" for key, value in origin.items())
 
 
@@ -46,7 +46,7 @@ def trial_name(study: str, job: Job) -> str:
 
 
 def picture_name(study: str, job: Job, step: int) -> str:
-    """Return the name of the image of a step, without its ending.
+    """Return the name of the image of a step, without an ending.
 
     An example is nguyen2024-separation-05d7a1b2-step-250.
 
@@ -63,7 +63,7 @@ def picture_name(study: str, job: Job, step: int) -> str:
 
 
 def run_name(study: str, job: Job, last: int) -> str:
-    """Return the name of a file of a run, without its ending.
+    """Return the name of a file of a run, without an ending.
 
     An example is nguyen2024-separation-05d7a1b2-to-step-250.
 

@@ -1,6 +1,6 @@
-"""Messages and frames on their way to a page, in the order in which they were put in.
+"""Messages and frames on the way to a page, in the order of the calls.
 
-Callers that put something in need not wait until it is sent.
+Callers need not wait until a message or frame is sent.
 """
 
 import asyncio
@@ -9,14 +9,14 @@ from typing import Protocol
 from sweep.web.protocol import Reply
 
 MOST_WAITING = 64
-"""The number of waiting messages at which the page is no longer heard.
+"""Number of waiting messages at which the server stops reading from the page.
 
-It is heard again when there are fewer.
+The server resumes reading when fewer messages wait.
 """
 
 
 class Line(Protocol):
-    """The connection to a page. All methods raise ConnectionError when it is gone."""
+    """A connection to a page; all methods raise ConnectionError after the end."""
 
     async def hear(self) -> str:
         """Return the next message of the page."""
@@ -29,9 +29,9 @@ class Line(Protocol):
 
 
 class Outbox:
-    """A queue whose content is sent to a line as soon as the line takes it.
+    """A queue whose content is sent to a line as soon as the line is ready.
 
-    It must be made in a running event loop.
+    An Outbox must be made in a running event loop.
     """
 
     def __init__(self, line: Line) -> None:
@@ -42,7 +42,7 @@ class Outbox:
         self._room.set()
 
     def put(self, *items: Reply | bytes) -> None:
-        """Send messages and frames. May be called from any thread."""
+        """Send messages and frames. Any thread may call the method."""
         for item in items:
             self._loop.call_soon_threadsafe(self._put, item)
 
@@ -52,13 +52,13 @@ class Outbox:
             self._room.clear()
 
     async def room(self) -> None:
-        """Wait until fewer than MOST_WAITING items are on their way."""
+        """Wait until fewer than MOST_WAITING items are on the way."""
         await self._room.wait()
 
     async def send(self) -> None:
-        """Send everything that comes, for ever.
+        """Send everything that comes, without end.
 
-        Raises ConnectionError when the line is gone.
+        Raises ConnectionError after a disconnection.
         """
         while True:
             item = await self._items.get()

@@ -6,7 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 MOST_CELLS = 100_000
-"""The most cells of a drawn coverage. In a larger world a cell has several pixels."""
+"""Largest number of cells of a drawn coverage.
+
+In a larger world a cell has several pixels.
+"""
 
 
 def visited_shares(visits: NDArray[np.int32]) -> NDArray[np.float64]:

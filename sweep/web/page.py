@@ -1,10 +1,10 @@
-"""The page as one text, for places without a server.
+"""The page as a single text, for use without a server.
 
-The served page loads the modules of `static` one by one. A notebook, and a file that
-opens from disk, need one text. It has the same modules, each in a function of its own,
-after the modules that it imports. So a module may import only from its neighbours, by
+The served page loads the modules of `static` separately. A notebook, and a file that
+opens from disk, need a single text. The text has every module in a separate function,
+after the imported modules. So a module may import only from the folder `static`, by
 name or as `import("./name.js")`, and must write `export` before a declaration. Types
-are comments in lines of their own; they are left out.
+are comments in separate lines, which are left out.
 """
 
 import re
@@ -18,15 +18,15 @@ IMPORT = re.compile(
     re.MULTILINE,
 )
 LATER = re.compile(r'import\("\./([a-z]+)\.js"\)')
-"""An import that the served page makes only when it needs it."""
+"""An import that the served page makes only on demand."""
 EXPORT = re.compile(r"^export (class|const|function) (\w+)", re.MULTILINE)
 TYPES = re.compile(r"^ */\*\*((?!\*/).)*\*/\n", re.MULTILINE | re.DOTALL)
 
 
 def script(name: str, instead: Mapping[str, str] = MappingProxyType({})) -> str:
-    """Return one ES module: the named module, after all modules that it needs.
+    """Return an ES module: the named module, after all imported modules.
 
-    `instead` has replacements of modules, by the names of the replaced ones.
+    `instead` has replacements of modules, by the names of the replaced modules.
     """
     needed: dict[str, str] = {}
     module = _module(name, needed, instead)
@@ -34,9 +34,9 @@ def script(name: str, instead: Mapping[str, str] = MappingProxyType({})) -> str:
 
 
 def _module(name: str, needed: dict[str, str], instead: Mapping[str, str]) -> str:
-    """Return the text of a module without its imports.
+    """Return the text of a module without the imports.
 
-    The modules that it needs are added to `needed`.
+    The imported modules are added to `needed`.
     """
     text = TYPES.sub("", _text(f"{name}.js"))
     imported = [module for _, module in IMPORT.findall(text)] + LATER.findall(text)
@@ -51,16 +51,16 @@ def _module(name: str, needed: dict[str, str], instead: Mapping[str, str]) -> st
 
 
 def _enclosed(name: str, module: str) -> str:
-    """Return a module in a function of its own, which returns the exports."""
+    """Return a module as a function that returns the exports."""
     exported = ", ".join(member for _, member in EXPORT.findall(module))
     body = EXPORT.sub(r"\1 \2", module)
     return f"const {name}_js = (() => {{\n{body}return {{ {exported} }};\n}})();"
 
 
 def style(*names: str) -> str:
-    """Return the style sheets of these names, by default that of the view.
+    """Return the style sheets of these names, by default the style sheet of the view.
 
-    All their rules apply within the class `boidsweep` only.
+    All rules apply within the class `boidsweep` only.
     """
     return "".join(_text(f"{name}.css") for name in names or ("view",))
 

@@ -1,6 +1,6 @@
 """A page of HTML that opens from disk.
 
-It contains its script, its style and its data; it may load nothing and send nothing.
+The page contains script, style and data. The page may not load or send anything.
 """
 
 import base64
@@ -25,9 +25,9 @@ def document(
     Parameters
     ----------
     entry : str
-        Name of the module; it reads the JSON of the element "data".
+        Name of the module, which reads the JSON of the element "data".
     sheet : str
-        Name of its style sheet, which follows that of the view.
+        Name of the style sheet, which follows the style sheet of the view.
     data : mapping
         Data for the module, without infinite numbers and NaN.
     title : str
@@ -46,7 +46,7 @@ def document(
         f"default-src 'none'; script-src {source_of(program)}; style-src"
         f" {source_of(rules)}; img-src blob: data:"
     )
-    # "<" could end the element that it stands in.
+    # "<" could end the element of the data.
     text = json.dumps(data, allow_nan=False, separators=(",", ":")).replace(
         "<", "\\u003c"
     )

@@ -1,8 +1,8 @@
-"""The player of a Show: it takes steps at the wanted pace, and sends frames.
+"""The player of a Show, which takes steps at the wanted pace and sends frames.
 
-It sends a frame whenever the page is ready for one. Stepping never waits for drawing. A
-page that draws slowly gets fewer frames. It always gets the latest one, and never a
-queue of them.
+The player sends a frame whenever the page is ready. Stepping never waits for drawing. A
+page that draws slowly gets fewer frames: always the latest frame, and never a queue of
+frames.
 """
 
 import asyncio
@@ -36,30 +36,30 @@ from sweep.web.twin import Twin
 CALL_SECONDS = 0.005
 """Seconds for which steps are taken at a time.
 
-A message of the page waits no longer, unless a single step takes longer.
+A message of the page waits at most this time, unless a single step takes longer.
 """
 ROUNDS = 3
-"""Rounds of the event loop after each such time.
+"""Rounds of the event loop after each time of CALL_SECONDS.
 
-In them messages are answered and the frame is sent.
+The rounds answer messages and send the frame.
 """
 SHORTEST_WAIT = 1 / 120
 LONGEST_WAIT = 0.1
 LONGEST_DEBT = 0.25
-"""The most seconds of late steps that are made up for.
+"""Largest delay, in seconds, that late steps make up for.
 
-A machine that is slower than the wanted pace falls behind, and does not hurry.
+A machine that is slower than the wanted pace falls behind, and does not catch up.
 """
 
 IN_SPEC = re.compile(r"^spec\.yaml:\d+: ")
 """The beginning of an error about the page's spec.
 
-Its line is cut off: nobody has seen this spec as a file.
+The line number is cut off, because users have not seen this spec as a file.
 """
 
 
 def without_lines(error: Exception) -> str:
-    """Return the text of an error in one line, without lines of the page's spec."""
+    """Return the text of an error in a single line, without line numbers."""
     mistakes = error.mistakes if isinstance(error, SpecError) else (error,)
     return "; ".join(IN_SPEC.sub("", str(mistake)) for mistake in mistakes)
 
@@ -71,7 +71,7 @@ log = logging.getLogger("sweep")
 class Pace:
     """The number of steps that are due, by the clock.
 
-    A new Pace is made whenever a run starts or resumes.
+    Each start and each resumption of a run makes a new Pace.
     """
 
     def __init__(self) -> None:
@@ -95,7 +95,7 @@ class Pace:
         return steps, 0.0 if self.owed >= 1 else min(wait, LONGEST_WAIT)
 
     def took(self, steps: int, seconds: float) -> None:
-        """Note how long the last steps took.
+        """Record the duration of the last steps.
 
         The next time fewer steps are taken, or up to twice as many.
 
@@ -104,7 +104,7 @@ class Pace:
         steps : int
             Number of steps.
         seconds : float
-            Duration of all of them.
+            Total duration of the steps.
         """
         self.most = max(
             1, min(2 * steps, int(steps * CALL_SECONDS / max(seconds, 1e-6)))
@@ -112,7 +112,7 @@ class Pace:
 
 
 class Player:
-    """The player of one Show to one line at a time.
+    """The player of a Show to a single line at a time.
 
     Without a line the Show takes no steps.
     """
@@ -131,9 +131,9 @@ class Player:
         self.left = time.monotonic()
 
     async def play(self, line: Line) -> bool:
-        """Play to this line until it is gone, or until another line takes over.
+        """Play to this line until the connection ends, or another line takes over.
 
-        Return whether another line did.
+        Return whether another line has taken over.
         """
         if self.task:
             self.task.cancel()
@@ -162,9 +162,9 @@ class Player:
             pass
 
     async def in_turn(self, work: Callable[[], R]) -> R:
-        """Return the result of `work`, run while nobody else works with the show.
+        """Return the result of `work`, run with exclusive access to the show.
 
-        It runs in a thread, may take long, and runs to its end even if the caller is
+        `work` runs in a thread, may take long, and finishes even if the caller is
         cancelled.
         """
 
@@ -208,7 +208,7 @@ class Player:
                 await self._answer(outbox, message.id, partial(self._handle, message))
 
     def _handle(self, message: Message) -> list[Reply]:
-        """Do what the page asks. Two runs side by side begin and end here."""
+        """Handle a message of the page. Two runs side by side begin and end here."""
         run = self.show.side(message.side)
         match message:
             case Beside() if isinstance(self.show, Twin):
@@ -226,9 +226,9 @@ class Player:
     async def _answer(
         self, outbox: Outbox, message_id: str, work: Callable[[], list[Reply]]
     ) -> None:
-        """Send the result of `work`, or the reason where it is refused; then the state.
+        """Send the result of `work`, or the reason for a rejection; then the state.
 
-        The state names the message that it answers.
+        The state names the answered message.
         """
 
         def answer() -> None:
@@ -252,15 +252,15 @@ class Player:
         self.changed.set()
 
     async def _export(self, outbox: Outbox, message: Export) -> None:
-        """Make a file while the show goes on, and send it.
+        """Make a file while the show continues, and send the file.
 
-        Only one file is made at a time. It is stopped when the page asks for that, or
-        is gone.
+        Only a single file is made at a time. A request of the page, or the end of the
+        connection, stops the work on the file.
         """
         side = {"side": message.side}
         over = _progress(None, "", 1.0) | side
         if self.filing.locked():
-            busy = _error("a file is being made already; wait for it")
+            busy = _error("another file is being made; wait for the end of this work")
             outbox.put(over, busy | side)
             return
         async with self.filing:
@@ -280,7 +280,7 @@ class Player:
                 outbox.put(over)
 
     async def _step(self, outbox: Outbox) -> None:
-        """Advance the show while it is going, and send the state when it stops."""
+        """Advance the show while the show is going, and send the state at a stop."""
         while True:
             self.asked.clear()
             if not self.show.going:
@@ -294,10 +294,10 @@ class Player:
                     await asyncio.sleep(wait)
 
     async def _advance(self, outbox: Outbox, steps: int) -> float:
-        """Take steps, and return the seconds that they took.
+        """Take steps, and return the duration in seconds.
 
-        No step is taken if the show has stopped when its turn comes. A kernel call lets
-        other threads run, so a step that takes long makes no other page wait.
+        No step is taken if the show has stopped meanwhile. A kernel call lets other
+        threads run, so other pages do not wait for a step that takes long.
         """
 
         def advance() -> float:
@@ -314,7 +314,7 @@ class Player:
         return seconds
 
     async def _paint(self, outbox: Outbox) -> None:
-        """Send each new frame with its news, when the page is ready for it.
+        """Send each new frame with the news, when the page is ready.
 
         Only the latest frame is sent.
         """
@@ -346,9 +346,9 @@ def _progress(kind: str | None, doing: str, share: float) -> Reply:
 
 
 def _telling(outbox: Outbox, message: Export, stopped: Event) -> Tell:
-    """Return a function that tells a page how far its file is.
+    """Return a function that reports the progress of a file to a page.
 
-    It tells each hundredth once at most, and may be called from any thread.
+    The function reports each hundredth at most once. Any thread may call the function.
     """
     last: list[tuple[str, float]] = []
 
@@ -382,6 +382,6 @@ def _reason(error: Exception) -> str:
         return message
     log.error("the simulator failed", exc_info=error)
     return (
-        f"the simulator failed: {type(error).__name__}; it goes on,"
-        " and its terminal says more"
+        f"the simulator failed: {type(error).__name__}; the simulator continues,"
+        " and its terminal shows the details"
     )

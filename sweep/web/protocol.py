@@ -1,109 +1,102 @@
-"""The messages between the page and the session behind it.
+"""The messages between the page and the session behind the page.
 
-They are JSON texts both ways, and binary frames to the page.
+Messages are JSON texts in each direction, and binary frames to the page.
 Each message from the page has a `type`, the keys of its class, and an `id`. The state
-that answers it, or the error that refuses it, repeats this `id` under `answers`. So the
-page knows which state is older than its last message. Only hello and ready have no
-answer of this kind. A message may have a `side` too: which one of two runs side by side
-it is about, 0 or 1. Messages about the second one have side 1.
+that answers a message, or the error that rejects a message, repeats this `id` under
+`answers`. So the page knows whether a state is older than the last message. Only hello
+and ready have no answer of this kind. A message may have a `side` too: the number, 0 or
+1, of the run among two runs side by side. Messages about the second run have side 1.
 
-    hello page yaml point replicate yaml_beside point_beside replicate_beside kept_study
-          kept_trial study trial
-          beside                 first; answered by controls, scene, state, metrics and
-                                 a frame. The next eight are those of the last `kept`,
-                                 for a page whose session is gone; study and trial name
-                                 a stored trial to play, and beside another one that is
-                                 played next to it
-    set name value part          a parameter, or `seed`; an infinite number is the
-                                 string "inf"
-    model model preset           another model, from its first step
-    trial point replicate        another trial of the opened spec, by their numbers
-    value name value             the point at which a varying parameter has a value
-    run, pause, reset, continue  continue makes a run that has ended twice as long
-    step count
-    speed steps_per_second       0 is as fast as it goes
-    shapes shapes part           replaces all obstacles, as a spec writes them; [] is an
-                                 empty world
-    goal x y index part          index: which of several, from 0; part: more of the same
-                                 gesture comes
-    select boid                  null for none
-    overlays names               of flocks, coverage, accelerations
-    metrics names                which are plotted
-    sweep name low high points   a parameter that the copied spec sweeps; with off: true
-                                 no longer
-    spec                         answered by spec: yaml, trial, exact, note
-    keep                         answered by kept: yaml, point, replicate; of two runs
-                                 also those of the second, and of a stored trial its
-                                 kept_study and kept_trial, as in hello
-    export kind                  png, svg, gif, mp4 or html; answered by file: name,
-                                 mime, data (base64)
-    stop                         the file that is being made is not wanted any more
-    origin                       answered by origin: name, trial, about; for files that
-                                 the page saves itself: an image of its frame, or a
-                                 table
-    ready                        the last frame is drawn and another one may come
-    seek frame                   a step that was run, or one of a stored trial
-    undo, redo                   the last edit
-    beside preset                a second run next to this one: of a preset, both from
-                                 the start, or without one a copy, from here on
-    alone                        only this one of two runs
+From the page:
+
+- `hello page yaml point replicate yaml_beside point_beside replicate_beside kept_study
+  kept_trial study trial beside`: the first message. The answer is controls, scene,
+  state, metrics and a frame. The keys from yaml to kept_trial repeat the last `kept`,
+  for a page after the end of a session. The keys study and trial name a stored trial to
+  play; beside names a second trial, which is played next to the first.
+- `set name value part`: a parameter, or `seed`; an infinite number is the string "inf"
+- `model model preset`: another model, from the first step
+- `trial point replicate`: another trial of the opened spec, by the two numbers
+- `value name value`: the point at which a varying parameter has a value
+- `run`, `pause`, `reset`, `continue`: continue makes a run that has ended twice as long
+- `step count`
+- `speed steps_per_second`: 0 is as fast as possible
+- `shapes shapes part`: replaces all obstacles, in the form of a spec; [] is an empty
+  world
+- `goal x y index part`: index is the number of a goal, from 0; part: the gesture
+  continues
+- `select boid`: null for no boid
+- `overlays names`: of flocks, coverage, accelerations
+- `metrics names`: the plotted metrics
+- `sweep name low high points`: a parameter that the copied spec sweeps; off: true ends
+  the sweep
+- `spec`: answered by spec: yaml, trial, exact, note
+- `keep`: answered by kept: yaml, point, replicate. For two runs, kept also has the keys
+  of the second run; for a stored trial, kept_study and kept_trial, as in hello
+- `export kind`: png, svg, gif, mp4 or html; answered by file: name, mime, data (base64)
+- `stop`: the file that is being made is no longer wanted
+- `origin`: answered by origin: name, trial, about. The message is for files that the
+  page saves without the server: an image of the frame, or a table
+- `ready`: the last frame is drawn and the next frame may come
+- `seek frame`: a step of the past, or of a stored trial
+- `undo`, `redo`: the last edit
+- `beside preset`: a second run next to this run. With a preset the two runs begin at
+  the start; without a preset the second run is a copy, from here on
+- `alone`: only this run of two runs
 
 To the page:
 
-    controls model models preset others groups maps metrics overlays trials
-          see sweep.web.controls; trials is null or the opened spec: {study, points,
-          replicates, axes}, each axis with name and values, none where there are many
-    state run model preset settings changed shapes seed running speed step steps past
-          undo redo exact note sweeps selected overlays plots trial files replay ended
-          answers
-          run is another number for each run: frames that follow are of this one;
-          past is [first, last], the steps that can be gone to; undo and redo say what
-          they would do; ended, of two runs, says why one goes no further;
-          files has the kinds of file that cannot be made, and why;
-          infinite parameters are the string "inf"; replay is null or {study,
-          trial, frames, equal}; trial is null or which one of the opened spec is shown:
-          {point, replicate, values}
-    scene width height borders length time downwards obstacles paths goal next_goals
-          kinds
-          obstacles are [x, y, half_width, half_height, 1 for a disc], and a polygon as
-          a spec writes it behind the numbers of the rectangle about it; those of
-          built-in maps too; paths is null, or {velocities, dt, wraps} where they move;
-          goal is [x, y, radius], next_goals are [x, y] each; kinds are
-          [name, how many boids], in the order of boids
-    metrics steps values reset
-          the values since the last such message, thinned where there are many; with
-          reset: true the page forgets the earlier ones; null is NaN
-    selection boid x y range fov heading neighbours
-          heading in radians from +x towards +y, null where the boid sees all round;
-          boid null where none is selected
-    rules names
-          of the accelerations in the frames that follow
-    progress kind doing share
-          of the file that is being made, of the run with this side: what is done, and
-          how much of it, from 0 to 1; kind is null when it is made, or stopped
-    spec, kept, file, origin
-          as above
-    anew
-          what comes now is about other runs than before: one, or two
-    error message answers
-    info message
-          what the page waits for, until the next state
+- `controls model models preset others groups maps metrics overlays trials`: see
+  sweep.web.controls. trials is null or the opened spec: {study, points, replicates,
+  axes}. Each axis has name and values; values is empty for many values
+- `state run model preset settings changed shapes seed running speed step steps past
+  undo redo exact note sweeps selected overlays plots trial files replay ended answers`:
 
-Two frames side by side are the bytes BSF2, the u32 size of the first one, and both. A
-frame is little endian. It begins with the bytes BSF1, u32 flags, u32 step, u32 n.
-Then come f32 x0, y0, x1, y1, the corners of a box: the world, and as much around it as
-boids need, but on each side no more than the size of the world. Positions are u16 x[n],
-u16 y[n], from 0 at x0, y0 to 65535 at x1, y1; a boid outside of the box is put on its
-border. Then come u8 heading[n] (256 a full turn, 0 along +x, towards +y), and padding
-to 4 bytes. Each flag stands for a section that follows, in this order, padded to 4
-bytes:
+  * run is another number for each run; the frames that follow belong to this run
+  * past is [first, last], the steps that can be reached
+  * undo and redo have the edit in words
+  * ended, for two runs, is the reason why a run has ended
+  * files has the kinds of file that cannot be made, and the reasons
+  * infinite parameters are the string "inf"
+  * replay is null or {study, trial, frames, equal}
+  * trial is null or the shown trial of the opened spec: {point, replicate, values}
+- `scene width height borders length time downwards obstacles paths goal next_goals
+  kinds`:
 
-    1 flocks         u16 flock[n]: the smallest index of a boid of the same flock modulo
-                     65535; 65535 for a boid that is alone
-    2 accelerations  u32 rules, then for each rule f32 ax[n], f32 ay[n]
-    4 coverage       u32 rows, u32 columns, u8 shares[rows * columns]: the visited
-                     fraction of each cell, 254 all of it, 255 an obstacle; sent a few
-                     times per second: until the next one, the page shows the last one
+  * obstacles are [x, y, half_width, half_height, 1 for a disc]. A polygon, in the form
+    of a spec, follows the numbers of the enclosing rectangle. Obstacles of built-in
+    maps are included
+  * paths is null, or {velocities, dt, wraps} for moving obstacles
+  * goal is [x, y, radius], next_goals are [x, y] each
+  * kinds are [name, number of boids], in the order of boids
+- `metrics steps values reset`: the values since the last metrics message, thinned where
+  there are many. With reset: true the page forgets the earlier values; null is NaN
+- `selection boid x y range fov heading neighbours`: heading in radians from +x towards
+  +y, null where the boid sees all round; boid is null without a selected boid
+- `rules names`: the rules of the accelerations in the frames that follow
+- `progress kind doing share`: the progress of the file of the run with this side: the
+  work, and the finished fraction, from 0 to 1. The key kind is null for a finished or
+  stopped file
+- `spec`, `kept`, `file`, `origin`: as above
+- `anew`: the next messages are about new runs: a single run, or two runs
+- `error message answers`
+- `info message`: a text on the wait of the page, until the next state
+
+Two frames side by side are the bytes BSF2, the u32 size of the first frame, and the two
+frames. A frame is little endian. A frame begins with the bytes BSF1, u32 flags,
+u32 step, u32 n. Then come f32 x0, y0, x1, y1, the corners of a box. The box contains
+the world, and as much around the world as boids need, but on each side no more than the
+size of the world. Positions are u16 x[n], u16 y[n], from 0 at x0, y0 to 65535 at x1,
+y1. A boid outside the box is put on the border of the box. Then come u8 heading[n] (256
+a full turn, 0 along +x, towards +y), and padding to 4 bytes. Each flag adds a section,
+in this order, padded to 4 bytes:
+
+- `1 flocks u16 flock[n]`: the smallest index of a boid of the flock modulo 65535; 65535
+  for a boid that is alone
+- `2 accelerations u32 rules`, then for each rule `f32 ax[n], f32 ay[n]`
+- `4 coverage u32 rows, u32 columns, u8 shares[rows * columns]`: the visited fraction of
+  each cell; 254 means fully visited, 255 an obstacle. The section is sent a few times
+  per second; until the next section the page shows the last section
 """
 
 import json
@@ -127,15 +120,15 @@ Reply = dict[str, Any]
 
 
 class MessageError(ValueError):
-    """A mistake in a message of the page, in one sentence, with the message's `id`."""
+    """A mistake in a message of the page, in a sentence, with the message's `id`."""
 
     id = ""
 
 
 def parse(text: str) -> Message:
-    """Return the message of a JSON text from anyone.
+    """Return the message of a JSON text from any sender.
 
-    Raises MessageError where it is none.
+    Raises MessageError if the text is not a message.
     """
     try:
         content = json.loads(text, parse_constant=_refuse)
@@ -173,13 +166,13 @@ def _message(name: str, content: dict[str, Any]) -> Message:
 def write(reply: Reply) -> str:
     """Return the JSON text of a reply.
 
-    Infinite parameters are already strings in it, and null stands for NaN.
+    Infinite parameters are already strings in the reply, and null means NaN.
     """
     return json.dumps(reply, allow_nan=False, separators=(",", ":"))
 
 
 def plain(value: Value) -> Value:
-    """Return a parameter value as JSON has it: an infinite number as the string inf."""
+    """Return a parameter value for JSON: an infinite number as the string inf."""
     return "inf" if isinstance(value, float) and math.isinf(value) else value
 
 
@@ -196,13 +189,13 @@ def _read(where: str, hint: Any, value: Any) -> Any:
 
 def _text(value: Any) -> str:
     if not isinstance(value, str) or len(value) > MOST_CHARACTERS:
-        raise ValueError(f"a text of at most {MOST_CHARACTERS} characters")
+        raise ValueError(f"a string of at most {MOST_CHARACTERS} characters")
     return value
 
 
 def _yaml(value: Any) -> str:
     if not isinstance(value, str):
-        raise ValueError("a text")
+        raise ValueError("a string")
     return value
 
 
@@ -218,7 +211,7 @@ def _number(value: Any) -> float:
 
 def _whole(value: Any) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**63:
-        raise ValueError("a whole number from 0")
+        raise ValueError("an integer from 0")
     return value
 
 
@@ -249,7 +242,7 @@ def _names(value: Any) -> Names:
 
 
 def _shapes(value: Any) -> list[Shape]:
-    """Check only the list. The shapes are checked where they are placed."""
+    """Check only the list. The shapes are checked at the placement."""
     if not isinstance(value, list):
         raise ValueError("a list of shapes")
     return value

@@ -1,7 +1,7 @@
 """A run as one page of HTML that opens from disk.
 
-A boid takes five bytes per frame, which are seven in base64. From these the script
-computes perceived neighbours, flocks and visits.
+A boid takes five bytes per frame, which are seven in base64. From these bytes the
+script computes perceived neighbours, flocks and visits.
 """
 
 import base64
@@ -21,16 +21,16 @@ from sweep.web.page_text import document
 from sweep.web.senses import faced, senses_of
 
 MOST_BYTES = 16 * 2**20
-"""The most bytes of frames in a page.
+"""Largest size of the frames in a page, in bytes.
 
-Such a page can still be mailed, and opens at once.
+A page of this size can still be mailed, and opens at once.
 """
 FEWEST_FRAMES = 100
-"""The fewest frames of a longer run in a page.
+"""Smallest number of frames of a longer run in a page.
 
-If the page has no room for so many, the run is refused.
+If the page has no room for so many frames, the run is rejected.
 """
-AS_LAUNCHED = "The spec gives these very frames, bit for bit."
+AS_LAUNCHED = "The spec gives these frames, bit for bit."
 
 Message = dict[str, Any]
 
@@ -73,14 +73,14 @@ def recording_of(flight: KeptFlight, greeting: Iterable[Message], spec: str) -> 
 def recorded_run(
     flight: KeptFlight, messages: dict[str, Message], spec: str
 ) -> Message:
-    """Return the data of one run for the player of a page, which may have several.
+    """Return the data of a run for the player of a page, which may have several runs.
 
     Parameters
     ----------
     flight : KeptFlight
         The frames, all of which are recorded.
     messages : dict of str to dict
-        The messages controls, state and scene of its session, by their types.
+        The messages controls, state and scene of the session, by type.
     spec : str
         YAML that gives the run.
     """
@@ -118,24 +118,24 @@ def check_page(job: Job, every: int) -> None:
 
 
 def _room(job: Job, frames: int) -> int:
-    """Return how many frames of a trial a page has room for.
+    """Return the number of frames of a trial that a page has room for.
 
-    Raises ChoiceError if `frames` of them would be thinned too much.
+    Raises ChoiceError if too few of `frames` frames would remain.
     """
     n = int(job.settings["n"])
     bytes_a_frame = math.ceil((32 + 5 * n + 3) * 4 / 3)
     room = MOST_BYTES // bytes_a_frame
     if room < min(FEWEST_FRAMES, frames):
         raise ChoiceError(
-            f"{n:,} boids take {bytes_a_frame:,} bytes a frame; a page has room for"
-            f" {MOST_BYTES:,}, which are {room} frames: too few to show a run of"
-            f" {frames:,}; export an animation instead"
+            f"{n:,} boids take {bytes_a_frame:,} bytes per frame; a page has room for"
+            f" {MOST_BYTES:,} bytes, which are {room} frames, too few for a run of"
+            f" {frames:,} frames; export an animation instead"
         )
     return room
 
 
 def _state(flight: KeptFlight, state: Message) -> Message:
-    """Return the state of the session as it is at the beginning of its recording."""
+    """Return the state of the session at the beginning of the recording."""
     first = int(flight.steps[0])
     last = int(flight.steps[-1])
     live = {
@@ -161,5 +161,5 @@ def _state(flight: KeptFlight, state: Message) -> Message:
 
 
 def _number(value: float) -> float | None:
-    """Return a value of a metric as JSON has it: null where it is not finite."""
+    """Return a value of a metric for JSON: null where the value is not finite."""
     return value if math.isfinite(value) else None

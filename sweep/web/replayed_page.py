@@ -1,4 +1,4 @@
-"""A stored trial as a page of HTML that plays it."""
+"""A stored trial as a page of HTML that plays the trial."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from sweep.web.replaying import Replay
 def write_page(
     study: StoredStudy, trial: str, path: Path, every: int, report: Report
 ) -> None:
-    """Write a stored trial as a page that plays it.
+    """Write a stored trial as a page that plays the trial.
 
     Parameters
     ----------
@@ -21,9 +21,9 @@ def write_page(
     trial : str
         Id of the trial.
     path : Path
-        The new file; it replaces an existing one.
+        The new file, which replaces an existing file.
     every : int
-        Steps between two frames; 0 keeps as many as the page has room for.
+        Steps between two frames; 0 keeps as many frames as the page has room for.
     report : callable
         Called with the number of steps done and the number of all steps.
 

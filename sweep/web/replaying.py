@@ -1,8 +1,8 @@
 """A stored trial as a Show.
 
-The trial is run again from its row, and compared with the stored values. The page can
-go to any of its steps. The simulation itself is moved to the shown step, so a replay
-shows everything that a live run shows.
+The trial runs again from the stored row, and is compared with the stored values. The
+page can go to any step of the trial. The simulation is moved to the shown step, so a
+replay shows everything that a live run shows.
 """
 
 from contextlib import suppress
@@ -36,7 +36,7 @@ CHANGING = (
     | messages.Redo
 )
 FIXED = (
-    "this is a stored trial, which nothing changes; its spec can be copied and viewed"
+    "a stored trial cannot be changed; copy the spec and view the copy as a live run"
 )
 AS_STORED = "Every number equals the stored one, bit for bit."
 
@@ -58,11 +58,11 @@ class Replay(Live):
     Raises
     ------
     ChoiceError
-        If there is no such trial.
+        If the study does not have this trial.
     StoreError
         If the map of the trial is no longer known, or the trial fails.
     SpecError
-        If it has more boids than can be shown.
+        If the trial has more boids than can be shown.
     """
 
     def __init__(self, study: StoredStudy, trial: str, report: Report = silent) -> None:
@@ -71,7 +71,7 @@ class Replay(Live):
         super().__init__(self._load(trial, report))
 
     def _load(self, trial: str, report: Report = silent) -> ViewState:
-        """Run a trial again and compare it. Where that fails, nothing has changed."""
+        """Run a trial again and compare the result; a failure changes no attribute."""
         study = self.study
         stored = study.trial(trial)
         job = study.job(stored)
@@ -84,7 +84,7 @@ class Replay(Live):
                 raise
             reason = f"{type(error).__name__}: {error}"
             raise StoreError(
-                f"trial {trial} cannot be shown, as it fails: {reason}"
+                f"trial {trial} cannot be shown, because the trial fails: {reason}"
             ) from error
         self.stored = stored
         self.job = job
@@ -94,7 +94,7 @@ class Replay(Live):
 
     @property
     def which(self) -> str:
-        """The swept values of the trial and its replicate, in words."""
+        """The swept values and the replicate of the trial, in words."""
         names = self.study.varied
         values = [f"{name.replace('_', ' ')} {self.stored.row[name]}" for name in names]
         count = self.choice.replicates
@@ -113,7 +113,7 @@ class Replay(Live):
 
     @property
     def number(self) -> int:
-        """The number of the run: another trial has another number."""
+        """The number of the run, different for each trial."""
         return self._number
 
     def _show(self, state: ViewState) -> None:
@@ -125,18 +125,18 @@ class Replay(Live):
         return 0, self.track.last
 
     def _plot(self, state: ViewState) -> None:
-        """Plot the whole run at once: all values are known already."""
+        """Plot the whole run at once, because all values are known."""
         self._show(state)
         self.history.begin(state.plots)
         self.history.add(self.track.steps, self.track.values)
 
     def seek(self, step: int) -> None:
-        """Go to `step`. Where the run ended before it, go to the last step."""
+        """Go to `step`, or to the last step if the run ended before `step`."""
         self.simulation = go_to(self.track, self.simulation, min(step, self.track.last))
         self._refresh()
 
     def advance(self, steps: int) -> Taken:
-        """Take up to `steps` steps and return their frames.
+        """Take up to `steps` steps and return the frames.
 
         At the end the run pauses.
         """
@@ -150,7 +150,7 @@ class Replay(Live):
         return taken
 
     def run(self) -> None:
-        """Run without a message for each step. At the end, begin again."""
+        """Run without a message for each step; at the end of the run, begin again."""
         if self.step >= self.track.last:
             self.seek(0)
         self.running = True
@@ -165,9 +165,9 @@ class Replay(Live):
         self.seek(0)
 
     def follow(self, metrics: tuple[str, ...]) -> None:
-        """Plot these metrics of the whole run.
+        """Plot metrics of the whole run.
 
-        If one of them was not measured yet, the whole run is repeated.
+        If a metric was not measured yet, the whole run is repeated.
         """
         state = self.state.follow(metrics)
         missing = tuple(name for name in metrics if name not in self.track.values)
@@ -178,19 +178,19 @@ class Replay(Live):
         self.version += 1
 
     def beside(self, _preset: str, /) -> Live:
-        """Raise SpecError: a stored trial has no other preset."""
+        """Raise SpecError, because a stored trial has a fixed preset."""
         raise SpecError(FIXED)
 
     def restore(self, hello: messages.Hello) -> None:
-        """Play the trial that a page has kept, if it is one of this study.
+        """Play the trial that a page has kept, if the trial belongs to this study.
 
-        Raises as the class itself does.
+        The exceptions of the class are raised.
         """
         if hello.kept_trial and hello.kept_study == self.study.name:
             self._begin(self._load(hello.kept_trial))
 
     def handle(self, message: Message) -> list[Reply]:
-        """Do what the page asks. Raises SpecError for a change of the replay."""
+        """Handle a message of the page. Raises SpecError for a change of the replay."""
         match message:
             case messages.Seek(frame):
                 self.pause()
@@ -215,12 +215,12 @@ class Replay(Live):
         return super().handle(message)
 
     def kept(self) -> Reply:
-        """Return the trial with which the page resumes when this session is gone."""
+        """Return the trial with which the page resumes after the end of a session."""
         trial = {"kept_study": self.study.name, "kept_trial": self.job.trial_id}
         return {"type": "kept", "yaml": "", "point": "", "replicate": 0} | trial
 
     def _show_stored(self, trial: str) -> list[Reply]:
-        """Play another stored trial, with the same plots where it has them."""
+        """Play another stored trial, with the present plots if the trial has them."""
         plots = self.state.plots
         speed = self.speed
         self._begin(self._load(trial))
@@ -236,13 +236,13 @@ class Replay(Live):
         return [controls | {"trials": self.choice.offered()}, *rest]
 
     def waiting(self, message: Message) -> str:
-        """Return the text for another trial, which is run again and may take long."""
+        """Return the text for another trial, which runs again and may take long."""
         if isinstance(message, messages.ShowTrial | messages.ShowValue):
-            return "running the trial again, to compare it with what is stored"
+            return "running the trial again, to compare it with the stored values"
         return super().waiting(message)
 
     def _edit(self, message: Message) -> None:
-        """Do what the page asks, which edits nothing."""
+        """Handle a message of the page, which does not edit the run."""
         do(self, message)
 
     def order(self) -> Order:
@@ -257,12 +257,12 @@ class Replay(Live):
         )
 
     def spec(self) -> str:
-        """Return the YAML that launches this trial, with the replicates before it."""
+        """Return the YAML that launches this trial, with all earlier replicates."""
         number = self.state.replicate + 1
         which = (
-            f"the last of {number:,} trials that this launches"
+            f"the last of the {number:,} trials of this spec"
             if number > 1
-            else "the trial that this launches"
+            else "the trial of this spec"
         )
         return (
             f"# {which} is {self.job.trial_id} of"
@@ -294,28 +294,29 @@ class Replay(Live):
         }
 
     def _words(self) -> str:
-        """Return one sentence: how the trial compares with the stored values."""
+        """Return a sentence that compares the trial with the stored values."""
         if not self.differences:
             return AS_STORED
         if self.stored.row["status"] in ("timeout", "failed"):
             status = self.stored.row["status"]
             step = self.stored.row["last_step"]
             return (
-                f"Stored as {status}, after step {step:,}: nothing to compare. This is"
-                " what it gives here and now."
+                f"Stored as {status}, after step {step:,}: there is nothing to compare."
+                " The page shows the repeated trial."
             )
         more = (
             f"; and {len(self.differences) - 1:,} more columns"
             if len(self.differences) > 1
             else ""
         )
-        return f"It differs from what is stored: {self.differences[0]}{more}."
+        return f"The trial differs from the stored one: {self.differences[0]}{more}."
 
 
 def _measured(job: Job) -> tuple[str, ...]:
-    """Return the recorded metrics and the default ones of the model.
+    """Return the recorded metrics and the default metrics of the model.
 
-    Default metrics that count visits are left out: there may be very many pixels.
+    Default metrics that count visits are left out, because a world may have very many
+    pixels.
     """
     known = job.known
     usual = known.models[job.model].metrics

@@ -18,20 +18,20 @@ from sweep.web.twin import Twin
 
 MOST_SESSIONS = 16
 KEPT_SECONDS = 600
-"""Seconds for which a session waits for its page to come back."""
+"""Seconds for which a session waits for the return of the page."""
 PATIENCE = 1.0
-"""Seconds after which a page is told the reason of its wait."""
+"""Seconds after which a page gets the reason for a wait."""
 TAKEN = 4001
-"""The code that closes a socket for good where another window took over its session."""
+"""The code that closes a socket for good after another window took over the session."""
 REFUSED = 4002
 """The code that closes a socket for good where the page gets no session."""
 
 Pairs = Sequence[tuple[str, str]]
-"""The names and values of a query, in their order; a name may occur several times."""
+"""The names and values of a query, in order; a name may occur several times."""
 
 
 def _nothing_stored(study: str, trial: str) -> RunShow:
-    raise SpecError(f"there is no stored trial {trial} of {study} on this page")
+    raise SpecError(f"trial {trial} of {study} is not stored on this page")
 
 
 class PageSite(NamedTuple):
@@ -40,14 +40,14 @@ class PageSite(NamedTuple):
     Attributes
     ----------
     home : str
-        File that its address shows.
+        File that the address of the server shows.
     answers : mapping of str to callable
         Answers by the names of questions: a function of the query of a GET, which
-        returns plain data. A UserError that it raises is the answer too.
+        returns plain data. If the function raises a UserError, the answer is the error.
     stored : callable
-        Returns the run of a stored trial, by its study and its id.
+        Returns the run of a stored trial, by study and trial id.
     launcher : Launcher or None
-        Launches what a page proposes; None where pages only read.
+        Launches proposals of a page; None where pages only read.
     """
 
     home: str = "index.html"
@@ -62,9 +62,9 @@ class PageSite(NamedTuple):
 
 
 class Rooms:
-    """The sessions, by the names of their pages.
+    """The sessions, by the names of the pages.
 
-    If a page is gone, its session is kept for some minutes.
+    The session of a page that is gone is kept for some minutes.
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class Rooms:
     async def player(self, hello: Hello, line: Line) -> Player:
         """Return the player of a page.
 
-        A new page gets a new player, with the run that it has kept.
+        A new page gets a new player, with the run that the page has kept.
 
         Parameters
         ----------
@@ -99,7 +99,7 @@ class Rooms:
             begin = partial(self._begin, hello)
             making = asyncio.create_task(asyncio.to_thread(begin))
             if not (await asyncio.wait({making}, timeout=PATIENCE))[0]:
-                words = "compiling, which takes up to a minute the first time"
+                words = "compiling; the first compilation takes up to a minute"
                 with suppress(ConnectionError):  # who leaves meanwhile may come back
                     await line.tell({"type": "info", "message": words})
             show = await making
@@ -107,17 +107,17 @@ class Rooms:
                 try:
                     show = await asyncio.to_thread(_restored, show, hello)
                 except UserError as error:
-                    words = f"what this page has kept cannot be shown: {error}"
+                    words = f"the run that this page has kept cannot be shown: {error}"
                     await line.tell({"type": "error", "message": words})
             self._make_room()
             self.players.setdefault(page, Player(show))
         return self.players[page]
 
     async def serve(self, line: Line) -> int:
-        """Play to a page after its hello.
+        """Play to a page after the hello message.
 
-        Return the code with which its socket is closed. Raises ConnectionError when the
-        page is gone.
+        Return the code that closes the socket. Raises ConnectionError when the page is
+        gone.
         """
         try:
             player = await self.player(await _hello(line), line)
@@ -140,7 +140,7 @@ class Rooms:
     def _make_room(self) -> None:
         """Forget the sessions whose pages did not come back in time.
 
-        If there are still too many, forget the one whose page left first.
+        If there are still too many sessions, forget the session whose page left first.
         """
         empty = sorted(
             (player.left, page)
@@ -154,13 +154,13 @@ class Rooms:
             ):
                 del self.players[page]
         if len(self.players) >= MOST_SESSIONS:
-            raise SpecError(f"{MOST_SESSIONS} pages are open already; close one")
+            raise SpecError(f"{MOST_SESSIONS} pages are open already; close a page")
 
 
 def _restored(show: Show, hello: Hello) -> Show:
     """Return the show of the run, or the two runs, that a page has kept.
 
-    Raises a UserError where they cannot be shown.
+    Raises a UserError for a run that cannot be shown.
     """
     show.restore(hello)
     if not hello.yaml_beside:

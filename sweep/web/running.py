@@ -1,6 +1,6 @@
 """Simulations for the page.
 
-Any metric can be plotted, and parameters change while they run.
+Any metric can be plotted, and parameters can change during a run.
 """
 
 from collections.abc import Iterable
@@ -18,7 +18,7 @@ MOST_PIXELS = 4_000_000
 def recorded(job: Job, names: Iterable[str]) -> RecordSpec:
     """Return the record of each frame that gives these metrics of `job`.
 
-    Some of the metrics may be derived from others.
+    Some of the metrics may be derived from further metrics.
     """
     plotted = list(names)
     derive = job.record.derive if {*plotted} - job.known.metrics.keys() else ()
@@ -31,9 +31,10 @@ def recorded(job: Job, names: Iterable[str]) -> RecordSpec:
 def simulation_of(job: Job) -> Simulation:
     """Return a simulation of `job` for the page.
 
-    It counts what any metric may need, and keeps every frame with all bodies. The run
-    is the same as without all this. In a world of more than MOST_PIXELS, or where
-    obstacles move, visits are counted only if the metrics of the job need them.
+    The simulation counts all events that a metric may need, and keeps every frame with
+    all bodies. These records do not change the run. In a world of more than
+    MOST_PIXELS, or with moving obstacles, visits are counted only if the metrics of the
+    job need visits.
     """
     prepare(job.model, job.preset, job.known, layers=robot_layers_of(job))
     model = job.known.models[job.model]
@@ -62,11 +63,11 @@ def _can_cover(job: Job) -> bool:
 
 
 def changed(earlier: Simulation, job: Job) -> Simulation:
-    """Return a simulation of `job` that continues where `earlier` is.
+    """Return a simulation of `job` that continues from the step of `earlier`.
 
-    It takes over the flock, the generator and the counts of `earlier`. Both have the
-    same number of boids. Visits are kept if both worlds have the same pixels outside
-    obstacles.
+    The new simulation takes over the flock, the generator and the counts of `earlier`.
+    The two simulations have equal numbers of boids. Visits are kept if the two worlds
+    have equal pixels outside obstacles.
     """
     simulation = simulation_of(job)
     simulation.go_on_from(earlier)

@@ -1,4 +1,4 @@
-"""The scene message: the world of a trial as a page draws it."""
+"""The scene message: the world of a trial, for the drawing of a page."""
 
 from typing import Any
 
@@ -13,7 +13,7 @@ from sweep.web.protocol import Reply
 def scene_of(job: Job) -> Reply:
     """Return the scene message of the world in which a trial runs.
 
-    The goal is drawn for a model with a rule that goes there, also where the weight of
+    The goal is drawn for a model with a rule towards the goal, also where the weight of
     the rule is 0.
     """
     world = world_of(job)
@@ -46,7 +46,7 @@ def scene_of(job: Job) -> Reply:
 
 
 def _failing(job: Job) -> dict[str, Any] | None:
-    """Return how boids fail, and each boid that does with its step of failure.
+    """Return the kind of failure, and each failing boid with the step of the failure.
 
     Return None where no boid fails.
     """

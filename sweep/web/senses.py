@@ -1,6 +1,6 @@
 """The facts from which a page computes perceived neighbours, flocks and visits.
 
-Together with them positions are enough.
+Together with these facts positions are sufficient.
 """
 
 import base64
@@ -24,17 +24,17 @@ def senses_of(job: Job, bodies: Floats) -> dict[str, Any]:
     job : Job
         The trial.
     bodies : array (F, 4, N)
-        x, y, vx and vy of its frames.
+        x, y, vx and vy of the frames.
 
     Returns
     -------
     dict
-        ``range``, ``fov`` in degrees and ``inclusive`` are those of the longest search
-        of the model. With ``shortest_way`` distances are taken through the borders.
+        ``range``, ``fov`` in degrees and ``inclusive`` describe the longest search of
+        the model. With ``shortest_way`` distances are taken through the borders.
         ``flock_range`` is the range of the metrics of flocks. ``resting`` has a bit for
-        each boid of each frame, in base64: whether it sees all round, as it rests; ""
-        where no boid does. With ``measured`` boids know what they measured and heard,
-        which no frame has. ``pixels`` is None where no visits are counted.
+        each boid of each frame, in base64: 1 for a boid that rests and so sees all
+        round; "" if no boid rests. With ``measured`` boids know measured and received
+        states, which no frame has. ``pixels`` is None where no visits are counted.
     """
     simulation = simulation_of(job)
     sight = looking.sight(simulation)
@@ -53,8 +53,9 @@ def senses_of(job: Job, bodies: Floats) -> dict[str, Any]:
 def faced(job: Job, bodies: Floats) -> Floats:
     """Return the bodies with the heading of boids that rest.
 
-    A boid that rests gets its last velocity, where the model looks there. At first it
-    looks along +x. `bodies` and the returned array have shape (F, 4, N).
+    If boids of the model see along the heading, a resting boid gets the last velocity
+    before the rest; a boid that rests from the start looks along +x. `bodies` and the
+    returned array have shape (F, 4, N).
     """
     if not looking.faces_heading(simulation_of(job)):
         return bodies

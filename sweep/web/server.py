@@ -1,8 +1,8 @@
 """The server of the page, to this machine alone.
 
-Only those who know the token in the address may open it. A page from elsewhere is
-refused: the header Host must be a name of this machine, and the Origin of a socket must
-be the page itself.
+Only users who know the token in the address may open the page. Pages of other servers
+are rejected: the header Host must be a name of this machine, and the Origin of a socket
+must be the page.
 """
 
 import asyncio
@@ -47,8 +47,8 @@ HEADERS = {
     "X-Content-Type-Options": "nosniff",
 }
 NOT_FOUND = (
-    "not found: each server has an address of its own; open the one that sweep view has"
-    " printed last"
+    "not found: each server has a new address; open the last address that sweep view"
+    " has printed"
 )
 
 
@@ -61,7 +61,7 @@ class Socket:
     async def hear(self) -> str:
         """Return the next message.
 
-        A binary message becomes the empty string, which is refused later.
+        A binary message becomes the empty string, which is rejected later.
         """
         event = await _there(self.socket.receive())
         if event["type"] == "websocket.disconnect":
@@ -87,7 +87,7 @@ class PageServer:
     begin : callable
         Returns the Show of a new page.
     port : int, default 0
-        Port of the server; 0 takes a free one.
+        Port of the server; 0 takes a free port.
     site : PageSite, optional
         The content of the server in addition to the simulator.
 
@@ -144,7 +144,7 @@ class PageServer:
         self._server.should_exit = True
 
     def _admits(self, connection: HTTPConnection) -> bool:
-        """Return whether a connection has the token, and this machine as its host."""
+        """Return whether a connection has the token, and this machine as the host."""
         name, _, port = connection.headers.get("host", "").rpartition(":")
         token = str(connection.path_params["token"])
         return (
@@ -164,7 +164,7 @@ class PageServer:
         )
 
     async def _answer(self, request: Request) -> Response:
-        """Return the answer of the site as JSON, or `error`: why there is none."""
+        """Return the answer of the site as JSON, or `error` with the reason."""
         answer = self.answers.get(request.path_params["question"])
         if not self._admits(request) or answer is None:
             return Response(NOT_FOUND, 404, HEADERS, "text/plain")
@@ -175,9 +175,9 @@ class PageServer:
             return JSONResponse({"error": str(error)}, 400, HEADERS)
 
     async def _act(self, request: Request) -> Response:
-        """Do what the page asks for, and answer with JSON; or with `error`, why not.
+        """Act on a request of the page, and answer with JSON, or with `error`.
 
-        Only a script of the page itself can ask; the header Origin proves it.
+        Only a script of the page can send the request; the header Origin is the proof.
         """
         act = self.actions.get(request.path_params["action"])
         ours = request.headers.get("origin") == _origin(request)
@@ -186,7 +186,7 @@ class PageServer:
         try:
             body = await _object(request)
             return JSONResponse(await asyncio.to_thread(act, body), 200, HEADERS)
-        except ClientDisconnect:  # the page is gone before it has said all
+        except ClientDisconnect:  # the page is gone before the end of the request
             return Response("", 400, HEADERS)
         except (UserError, MessageError) as error:
             return JSONResponse({"error": str(error)}, 400, HEADERS)
@@ -198,18 +198,18 @@ class PageServer:
         return _data({"demos": [demo.entry() for demo in DEMOS.values()]})
 
     async def _moving(self, request: Request) -> Response:
-        """Return the animation of a demo. One runs after the other, in a thread."""
+        """Return the animation of a demo. Demos run in sequence, in a thread."""
         name = request.path_params["name"]
         if not self._admits(request) or name not in DEMOS:
             return Response(NOT_FOUND, 404, HEADERS, "text/plain")
         try:
             async with self.flying:
                 return _data(await asyncio.to_thread(moving, name))
-        except asyncio.CancelledError:  # the server ends before it
+        except asyncio.CancelledError:  # the server ends before the demo
             return Response("", 503, HEADERS)
 
     async def _talk(self, websocket: WebSocket) -> None:
-        """Hold the conversation with a page, from its hello on."""
+        """Hold the conversation with a page, from the hello message on."""
         ours = websocket.headers.get("origin") == _origin(websocket)
         with suppress(ConnectionError):
             if not self._admits(websocket) or not ours:
@@ -223,8 +223,8 @@ class PageServer:
 async def _there(work: Awaitable[R]) -> R:
     """Return the result of an operation of a socket.
 
-    Raises ConnectionError where its page is gone, which can happen at any moment.
-    starlette and uvicorn report it by several other exceptions.
+    Raises ConnectionError if the page is gone, which can happen at any moment.
+    starlette and uvicorn report the loss by several exceptions.
     """
     try:
         return await work
@@ -233,14 +233,14 @@ async def _there(work: Awaitable[R]) -> R:
 
 
 def _origin(connection: HTTPConnection) -> str:
-    """Return the origin that a script of the page itself has."""
+    """Return the origin of a script of the page."""
     return "http://" + connection.headers.get("host", "")
 
 
 async def _object(request: Request) -> Any:
     """Return the JSON that a page sends.
 
-    Raises MessageError where it is none, or too long.
+    Raises MessageError if the content is not JSON, or too long.
     """
     if request.headers.get("content-type") != "application/json":
         raise MessageError("a message must be application/json")
@@ -248,7 +248,7 @@ async def _object(request: Request) -> Any:
     async for part in request.stream():
         content += part
         if len(content) > MOST_BYTES:
-            raise MessageError(f"a message has at most {MOST_BYTES:,} bytes")
+            raise MessageError(f"a message must have at most {MOST_BYTES:,} bytes")
     try:
         return json.loads(content)
     except (ValueError, RecursionError):
@@ -262,7 +262,7 @@ def _data(reply: Reply) -> Response:
 def _token(port: int) -> str:
     """Return the secret in the address.
 
-    At a port that the user has chosen it is always the same, so that a page finds the
+    At a port that the user has chosen the secret is constant, so that a page finds the
     server again after a restart.
     """
     if port == 0:
@@ -285,6 +285,6 @@ def _bound(port: int) -> socket.socket:
     except OSError as error:
         bound.close()
         raise SpecError(
-            f"port {port} cannot be used ({error.strerror}); --port 0 takes a free one"
+            f"port {port} cannot be used ({error.strerror}); --port 0 takes a free port"
         ) from None
     return bound

@@ -1,8 +1,8 @@
-"""One live run: the state on the screen, its simulation and the actions of a page.
+"""A live run: the state on the screen, the simulation and the actions of a page.
 
-Nothing here waits or draws. As long as nobody changes a parameter on the way, the
-frames of a session are bitwise identical to those of a launch of its spec. It does not
-matter who looks at them, or how often.
+A session does not wait or draw. Without changes of parameters on the way, the frames of
+a session are bitwise identical to the frames of a launch of the spec. The number of
+pages and the rate of drawn frames do not matter.
 """
 
 from collections.abc import Mapping
@@ -26,9 +26,9 @@ from sweep.web.running import changed, recorded, simulation_of
 from sweep.web.state import COMMON, Range, Shape, ViewState, begin
 
 START = {"n", "map", "seed", *StartSettings._fields}
-"""The parameters that a run needs at its start.
+"""The parameters that a run needs at the start.
 
-If one of them changes, the run begins again.
+If such a parameter changes, the run begins again.
 """
 SPEED = 60.0
 FASTEST = 1e6
@@ -37,24 +37,24 @@ FASTEST = 1e6
 class Session:
     """The run of a ViewState.
 
-    Methods raise SpecError for an action that is not allowed, and change nothing then.
+    Methods raise SpecError for an action that is not allowed, without any change.
 
     Attributes
     ----------
     simulation : Simulation
         The simulation of the state.
     bodies : array (4, N)
-        x, y, vx and vy of its last frame.
+        x, y, vx and vy of the last frame.
     exact : bool
-        Whether the frames so far are those of the copied spec.
+        Whether the copied spec reproduces the frames so far.
     note : str
-        Reason why they are not; "" where they are.
+        Reason for a difference; "" for an exact run.
     version : int
         Grows with every change that may be visible.
     course : Course
         Parameters and states since the start.
     entered : int
-        How often the run has come to an earlier change of the course again.
+        Number of times that the run has reached an earlier change of the course again.
     """
 
     def __init__(self, state: ViewState) -> None:
@@ -85,7 +85,7 @@ class Session:
     def _prepare(self, state: ViewState) -> None:
         """Compile the metrics that the plots of a state need.
 
-        No step waits for them then.
+        No step waits for a compilation afterwards.
         """
         metrics = recorded(state.job, state.plots).metrics
         layers = robot_layers_of(state.job)
@@ -107,7 +107,7 @@ class Session:
 
     @property
     def number(self) -> int:
-        """The number of the run: a run that begins again has another number."""
+        """The number of the run; a run that begins again has a new number."""
         return self.course.run
 
     @property
@@ -122,15 +122,15 @@ class Session:
 
     @property
     def going(self) -> bool:
-        """True while the run goes on, or single steps were asked for."""
+        """True while the run continues, or requested single steps are left."""
         return self.running or self.step < self.aim
 
     def advance(self, steps: int) -> Taken:
-        """Take up to `steps` steps, and return their frames.
+        """Take up to `steps` steps, and return the frames.
 
-        It takes fewer steps where there is no room for so many frames, and stops at a
-        change that was made before. The run pauses after the last step that was asked
-        for, at its end, and when it diverges.
+        The method takes fewer steps if there is no room for so many frames, and stops
+        at an earlier change of the course. The run pauses after the last requested
+        step, at the end of the run, and at a divergence.
         """
         most = self.simulation.steps_left if self.running else self.aim - self.step
         if change := self.course.next_change(self.step):
@@ -139,7 +139,7 @@ class Session:
         if self.diverged:
             self.note = (
                 f"diverged at step {self.step:,}:"
-                f" {self.simulation.watched} was not a finite number"
+                f" {self.simulation.watched} was not finite"
             )
         if self.diverged or self.simulation.steps_left <= 0:
             self.pause()
@@ -167,27 +167,26 @@ class Session:
         self._judge()
 
     def _judge(self) -> None:
-        """Note whether the spec gives the run up to here."""
+        """Record whether the spec gives the run up to here."""
         altered = self.course.altered(self.step)
         names = ", ".join(sorted(altered))
         last = self.course.part(self.step).begin
         self.exact = not altered
         self.note = (
-            f"{names} changed, last at step {last:,}; reset shows what the spec gives"
+            f"{names} changed, last at step {last:,}; reset shows the run of the spec"
             if altered
             else ""
         )
 
     @property
     def past(self) -> tuple[int, int]:
-        """The first and the last step that can be gone to."""
+        """The first and the last step that can be reached."""
         return self.course.first, self.course.last
 
     def seek(self, step: int) -> None:
-        """Go to a step of the past, with its parameters, and pause.
+        """Go to a step of the past, with the parameters of that step, and pause.
 
-        The steps after it stay known. Where there is no such step, go to the nearest
-        one.
+        Later steps stay known. If the step is not in the past, go to the nearest step.
         """
         first, last = self.past
         step = min(max(step, first), last)
@@ -202,7 +201,7 @@ class Session:
         self.version += 1
 
     def moment(self) -> Moment:
-        """Return the run as it is now, for a return to it."""
+        """Return the present state of the run, for a later return."""
         return Moment(
             self.state, self.step, self.course.copied(), self.history.copied()
         )
@@ -212,7 +211,7 @@ class Session:
         self._return(self.edits.undo(self.moment()))
 
     def redo(self) -> None:
-        """Make the edit again that was undone last."""
+        """Repeat the edit that was undone last."""
         self._return(self.edits.redo(self.moment()))
 
     def _return(self, moment: Moment) -> None:
@@ -231,9 +230,9 @@ class Session:
             self._turn(moment.state)
 
     def recall(self, moment: Moment) -> None:
-        """Show a moment, whose run must be remembered. A run that goes on does so."""
+        """Show a moment, whose run must be remembered; a running session runs on."""
         if moment.course is None or moment.history is None:
-            raise ValueError("nothing is remembered of the run of this moment")
+            raise ValueError("the run of this moment is no longer remembered")
         running = self.running
         era = self.history.era + 1
         self.course = moment.course
@@ -246,7 +245,7 @@ class Session:
             self.selected = None
 
     def _turn(self, state: ViewState) -> None:
-        """Show another state from here on, or from the start where it must be."""
+        """Show another state from here on, or from the start if necessary."""
         before = self.state
         plots = state.plots
         if (state.model, state.preset) != (before.model, before.preset) or (
@@ -283,16 +282,16 @@ class Session:
             raise SpecError(f"the run {self.note}; reset begins again")
         if self.simulation.steps_left <= 0:
             raise SpecError(
-                f"the run has ended after {self.step:,} steps; continue makes it"
-                " longer, reset begins again"
+                f"the run has ended after {self.step:,} steps; continue extends the"
+                " run, reset begins again"
             )
 
     def reset(self) -> None:
-        """Go back to the start, with the parameters as they are."""
+        """Go back to the start, with the present parameters."""
         self._again(self.state)
 
     def _again(self, state: ViewState) -> None:
-        """Begin with a state. The run goes on if it went on before."""
+        """Begin with a state; a running session continues to run."""
         running = self.running
         self._begin(state)
         self.running = running
@@ -303,16 +302,16 @@ class Session:
         self.run()
 
     def choose(self, model: str, preset: str) -> None:
-        """Show another model or preset, with the same seed.
+        """Show another model or preset, with the present seed.
 
-        Another preset of the same model keeps the changes and the plots.
+        Another preset of the present model keeps the changes and the plots.
 
         Parameters
         ----------
         model : str
             Name of the model.
         preset : str
-            Name of its preset.
+            Name of a preset of the model.
         """
         state = self.state
         other = begin(model, preset, state.seed, state.known)
@@ -321,7 +320,7 @@ class Session:
         self._begin(other)
 
     def show_trial(self, point: int, replicate: int) -> None:
-        """Show another trial of the opened spec, from its start.
+        """Show another trial of the opened spec, from the start.
 
         Parameters
         ----------
@@ -340,14 +339,14 @@ class Session:
         name : str
             Parameter that varies.
         value : int, float, str or bool
-            Its value.
+            Value of the parameter.
         """
         self._again(self.state.moved(self._opened.having(name, value)))
 
     @property
     def _opened(self) -> OpenedSpec:
         if self.state.opened is None:
-            raise SpecError("no spec was opened: this is a single trial")
+            raise SpecError("no spec is open; the page shows a single trial")
         return self.state.opened
 
     def change(self, changes: Mapping[str, object]) -> None:
@@ -361,7 +360,7 @@ class Session:
     def _become(self, state: ViewState, names: set[str]) -> None:
         """Show a state in which `names` differ from now.
 
-        The run begins again if they can only change at its start; otherwise it
+        The run begins again if a name can change only at the start; otherwise the run
         continues from here.
         """
         if (
@@ -385,9 +384,9 @@ class Session:
         self.version += 1
 
     def follow(self, metrics: tuple[str, ...]) -> None:
-        """Plot these metrics, new ones from this step on.
+        """Plot metrics; a new metric is plotted from this step on.
 
-        The run begins again if one of them needs visits that were not counted.
+        The run begins again if a metric needs visits that were not counted.
         """
         state = self.state.follow(metrics)
         uncounted = any(
@@ -409,33 +408,31 @@ class Session:
         name : str
             Name of the parameter.
         range_ : Range or None
-            Its values; None ends the sweep.
+            Values of the parameter; None ends the sweep.
         """
         self._show(self.state.sweep(name, range_))
 
     def draw(self, overlays: tuple[str, ...]) -> None:
-        """Show these overlays."""
+        """Show overlays."""
         for name in overlays:
             if name not in OVERLAYS:
                 raise SpecError(unknown("overlay", name, OVERLAYS))
         if "coverage" in overlays and not counts_visits(self.simulation):
             moving = self.simulation.flight.work.motion is not None
             raise SpecError(
-                "visits are not counted while obstacles move: a pixel is free for a"
-                " while or not at all"
+                "visits are not counted in a world with moving obstacles, because the"
+                " free pixels change"
                 if moving
-                else "visits are not counted in a world of so many pixels:"
+                else "visits are not counted in a world of so many pixels;"
                 " plot coverage first, or change pixel"
             )
         self.overlays = overlays
         self.version += 1
 
     def select(self, boid: int | None) -> None:
-        """Select a boid; None selects none."""
+        """Select a boid; None removes the selection."""
         if boid is not None and boid >= self.n:
-            raise SpecError(
-                f"there is no boid {boid:,}; there are boids 0 to {self.n - 1:,}"
-            )
+            raise SpecError(f"there is no boid {boid:,}; use 0 to {self.n - 1:,}")
         self.selected = boid
         self.version += 1
 
@@ -443,7 +440,7 @@ class Session:
         """Run at this speed; 0 is as fast as possible."""
         if not 0 <= steps_per_second <= FASTEST:
             raise SpecError(
-                f"{steps_per_second:g} steps a second are not allowed; 0 to"
-                f" {FASTEST:,.0f} are"
+                f"{steps_per_second:g} steps per second are not allowed; use 0 to"
+                f" {FASTEST:,.0f}"
             )
         self.speed = steps_per_second

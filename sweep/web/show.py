@@ -9,11 +9,11 @@ from sweep.web.protocol import Reply
 
 
 class Show(Protocol):
-    """A live run, a stored one, or two of them, as frames and messages.
+    """A live run, a stored trial, or two runs, as frames and messages.
 
-    While it is `going`, its player calls `advance`, at `speed` steps per second. It
-    goes as fast as possible if `speed` is 0, or if it is not `running` and single steps
-    were asked for. Only one method is called at a time, and none of them waits.
+    While the show is `going`, the player calls `advance`, at `speed` steps per second.
+    The show is as fast as possible if `speed` is 0, and for single steps of a show that
+    is not `running`. Only a single method is called at a time, and no method waits.
     """
 
     @property
@@ -26,44 +26,44 @@ class Show(Protocol):
 
     @property
     def running(self) -> bool:
-        """True while it runs without a message for each step."""
+        """True while the show runs without a message for each step."""
 
     @property
     def speed(self) -> float:
         """The speed in steps per second; 0 is as fast as possible."""
 
     def greeting(self) -> list[Reply]:
-        """Return the messages for a page that has just come: controls, scene, state."""
+        """Return the messages for a new page: controls, scene, state."""
 
     def states(self) -> list[Reply]:
         """Return the state message of each run that is shown."""
 
     def side(self, number: int, /) -> "RunShow":
-        """Return the run that a message with this `side` is about.
+        """Return the run for messages with this `side`.
 
-        Raises SpecError where there is none.
+        Raises SpecError if there is no such run.
         """
 
     def waiting(self, message: Message) -> str:
-        """Return the text for a page while it waits for the answer to a message.
+        """Return the text for a page that waits for the answer to a message.
 
         The text is "" where the answer does not take long.
         """
 
     def restore(self, hello: Hello) -> None:
-        """Show the run that a page has kept of a session that is gone.
+        """Show the run that a page has kept of a former session.
 
-        Raises a UserError where it cannot be shown; then nothing has changed.
+        Raises a UserError, without any change, for a run that cannot be shown.
         """
 
     def handle(self, message: Message) -> list[Reply]:
-        """Do what the page asks, and return the answer.
+        """Handle a message of the page, and return the answer.
 
-        Raises a UserError for a message that is refused.
+        Raises a UserError for a message that the show rejects.
         """
 
     def export(self, kind: str) -> Make:
-        """Return a function that makes a file of the frames as they are now.
+        """Return a function that makes a file of the present frames.
 
         The function may take long; later changes of the show do not change the file.
         """
@@ -72,17 +72,17 @@ class Show(Protocol):
         """Take up to `steps` steps."""
 
     def picture(self) -> bytes:
-        """Return the frame as it is now, see sweep.web.protocol."""
+        """Return the present frame, see sweep.web.protocol."""
 
     def news(self, cursor: Cursor) -> tuple[list[Reply], Cursor]:
         """Return the messages that a page needs before the next frame, and a cursor.
 
-        `cursor` has the news that the page has got already; the next one is returned.
+        `cursor` has the news that the page already has; the next cursor is returned.
         """
 
 
 class RunShow(Show, Protocol):
-    """A show of one run. It can go to its steps from `past[0]` to `past[1]`."""
+    """A show of a single run, which can go to the steps from `past[0]` to `past[1]`."""
 
     @property
     def step(self) -> int:
@@ -90,11 +90,11 @@ class RunShow(Show, Protocol):
 
     @property
     def past(self) -> tuple[int, int]:
-        """The first and the last step that it can go to."""
+        """The first and the last step that the show can go to."""
 
     @property
     def diverged(self) -> bool:
-        """True if the run has diverged at its last step."""
+        """True if the run has diverged at the last step."""
 
     def status(self) -> Reply:
         """Return the state message."""
@@ -109,7 +109,7 @@ class RunShow(Show, Protocol):
         """Take no more steps."""
 
     def beside(self, preset: str, /) -> "RunShow":
-        """Return a run to be shown next to this one, see sweep.web.messages.Beside.
+        """Return a run to be shown next to this run, see sweep.web.messages.Beside.
 
-        Raises SpecError where there can be none.
+        Raises SpecError if a second run is impossible.
         """

@@ -1,6 +1,6 @@
 """The state on the screen, which is a spec.
 
-A launch of the copied text gives bitwise identical frames. So sweep.spec.study makes
+A launch of the copied text gives bitwise identical frames. So sweep.spec.study provides
 every check, every "did you mean" and every seed.
 """
 
@@ -45,24 +45,24 @@ from sweep.web.opened import Edits, OpenedSpec, opened
 
 COMMON = Streams(noise="common")
 ANY_METRIC = next(name for name, metric in METRICS.items() if metric.looks)
-"""The metric that a copied spec records if none is plotted: a spec must record one.
+"""The metric that a copied spec records if no metric is plotted.
 
-Every trial can measure a metric of the bodies alone.
+A spec must record a metric. Every trial can measure a metric of the bodies alone.
 """
 EDITED = "edited"
 """The name of a map whose shapes were changed."""
 MOST_BOIDS = 100_000
 MOST_STORED = 10**7
-"""The most boids times frames for which a copied spec stores trajectories: 320 MB."""
+"""Largest product of boids and frames of stored trajectories: 320 MB."""
 MOST_PLOTS = 4
 MOST_POINTS = 1000
 REPLICATES = 10
-"""Replicates of a copied spec that sweeps something."""
+"""Replicates of a copied spec with a sweep."""
 
 Shape = Mapping[str, Mapping[str, Any]]
-"""A shape as a spec writes it.
+"""A shape in the form of a spec.
 
-It is {disc: {x, y, radius}}, {rectangle: {x, y, width, height}} or
+The forms are {disc: {x, y, radius}}, {rectangle: {x, y, width, height}} and
 {polygon: {vertices, solid}}.
 """
 
@@ -89,9 +89,10 @@ class Range(NamedTuple):
 class ViewState:
     """A model, a preset, changed parameters, a seed and perhaps a custom map.
 
-    Random numbers are common to all points. So another value of a parameter meets the
-    same noise, and a run can be made longer. A spec that was not made here keeps its
-    own streams. All methods raise SpecError for a state that a spec would not accept.
+    Random numbers are common to all points. So a run with another value of a parameter
+    has equal noise, and a run can be extended. A spec that was not made here keeps the
+    streams of the spec. All methods raise SpecError for a state that a spec would not
+    accept.
 
     Attributes
     ----------
@@ -102,14 +103,14 @@ class ViewState:
     seed : int, default 1
         Seed of the trial.
     fixed : mapping
-        Parameters that differ from the preset, with their values.
+        Parameters that differ from the preset, with the new values.
     own : OwnMap or None
         The custom map.
     literal : bool, default False
-        Whether the seed is one of a list in the spec.
+        Whether the seed comes from a list in the spec.
     replicate : int, default 0
-        Number of the trial, unless `literal`: a copied spec runs the replicates before
-        it too.
+        Number of the trial, unless `literal`. A copied spec also runs all earlier
+        replicates.
     streams : Streams
         Random numbers that points have in common.
     plots : tuple of str
@@ -117,11 +118,11 @@ class ViewState:
     sweeps : mapping of str to Range
         Parameters that a copied spec varies.
     derive : tuple of DerivedMetric
-        Metrics that the spec computes from others.
+        Metrics that the spec computes from other metrics.
     known : Catalogue
         Models, metrics and maps by name.
     opened : OpenedSpec or None
-        The spec that was opened at this trial; its other entries stay as they are.
+        The spec that was opened at this trial; unrelated entries stay unchanged.
     """
 
     model: str
@@ -146,8 +147,8 @@ class ViewState:
         job = Jobs(study, expand(study))[self.replicate]
         if int(job.settings["n"]) > MOST_BOIDS:
             raise SpecError(
-                f"n: {job.settings['n']:,} boids are more than can be shown;"
-                f" at most {MOST_BOIDS:,} can"
+                f"n: {job.settings['n']:,} boids are too many for the simulator;"
+                f" use at most {MOST_BOIDS:,}"
             )
         return job
 
@@ -161,18 +162,18 @@ class ViewState:
 
     @property
     def settings(self) -> dict[str, Value]:
-        """The value of every parameter, and of spreads those that differ from 0."""
+        """The value of every parameter, and of each spread that differs from 0."""
         return self.job.settings
 
     def _differing(self, before: "ViewState") -> dict[str, Value]:
-        """Return the parameters that differ from another state, with their values."""
+        """Return the parameters that differ from another state, with the new values."""
         values = self._preset | self.settings
         earlier = before._preset | before.settings
         return {name: value for name, value in values.items() if value != earlier[name]}
 
     @property
     def shapes(self) -> list[Shape] | None:
-        """The obstacles as a spec writes them; None for a built-in map."""
+        """The obstacles in the form of a spec; None for a built-in map."""
         return (
             None
             if self.own is None
@@ -180,16 +181,14 @@ class ViewState:
         )
 
     def with_settings(self, changes: Mapping[str, object]) -> "ViewState":
-        """Return the state with other values of parameters or `seed`.
+        """Return the state with new values of parameters or `seed`.
 
-        Another map brings its own size, and other borders `minimum_image`.
+        A new map brings a size, and new borders bring `minimum_image`.
         """
         changed = dict(changes)
         seed = changed.pop("seed", self.seed)
         if not isinstance(seed, int) or isinstance(seed, bool):
-            raise SpecError(
-                f"seed: {seed!r} is not allowed; it is a whole number from 0"
-            )
+            raise SpecError(f"seed: {seed!r} is not allowed; use an integer from 0")
         state = replace(self, seed=seed)
         if "map" in changed and not (
             self.own and changed["map"] == self.settings["map"]
@@ -209,7 +208,7 @@ class ViewState:
         return state._fixing(changed).checked()
 
     def place(self, shapes: list[Shape]) -> "ViewState":
-        """Return the state with these obstacles instead of all others."""
+        """Return the state with these obstacles in place of all present obstacles."""
         size = {side: self.settings[side] for side in SIDES}
         if shapes:
             return replace(
@@ -229,21 +228,21 @@ class ViewState:
         name : str
             Name of the parameter.
         range_ : Range or None
-            Its values; None ends the sweep.
+            Values of the parameter; None ends the sweep.
         """
         if range_ is not None and not 2 <= range_.points <= MOST_POINTS:
             raise SpecError(
                 f"{name}: {range_.points} points are not allowed;"
-                f" a sweep has 2 to {MOST_POINTS:,}"
+                f" use 2 to {MOST_POINTS:,}"
             )
         if name not in self._known_settings:
-            raise SpecError(unknown("setting", name, self._known_settings))
+            raise SpecError(unknown("parameter", name, self._known_settings))
         if self.opened and not self.opened.study.has_design:
             raise SpecError(
-                f"{name}: the spec sweeps nothing, as it asks for trials as it goes"
+                f"{name}: this spec cannot sweep, because its method requests trials"
             )
         if self._known_settings[name].kind not in ("float", "int"):
-            raise SpecError(f"{name}: only numbers are swept over a range")
+            raise SpecError(f"{name}: a range needs a parameter with numbers")
         sweeps = {**self.sweeps}
         sweeps.pop(name, None)
         if range_:
@@ -255,14 +254,14 @@ class ViewState:
         return replace(self, plots=metrics).checked()
 
     def checked(self) -> "ViewState":
-        """Return the state itself. Raises SpecError if it could not be launched."""
+        """Return this state. Raises SpecError for a state that cannot be launched."""
         _ = self.job
         if self.sweeps:
             expand(_study(self))
         return self
 
     def on_preset(self, other: "ViewState") -> "ViewState":
-        """Return the state of another preset with the changes of this one.
+        """Return the state of another preset with the changes of this state.
 
         The changes are values of parameters, the map and the plots.
         """
@@ -323,20 +322,20 @@ class ViewState:
         return {"study": f"view/{self.model}-{digest[:8]}"} | spec
 
     def as_text(self) -> str:
-        """Return the spec as YAML: the text of the opened one with the changes.
+        """Return the spec as YAML: the text of the opened spec with the changes.
 
-        Raises SpecError if it is too long for a spec file.
+        Raises SpecError if the YAML is too long for a spec file.
         """
         text = self._changed(self.opened) if self.opened else dump(self._portable())
         if len(text) > MOST_BYTES:
             raise SpecError(
-                f"the spec would be larger than {MOST_BYTES:,} bytes:"
+                f"the spec would be larger than {MOST_BYTES:,} bytes, because"
                 " the map has too many shapes"
             )
         return text
 
     def _changed(self, opened: OpenedSpec) -> str:
-        """Return the text of the opened spec, unchanged where the state is."""
+        """Return the text of the opened spec, unchanged for an unchanged state."""
         before = from_opened(opened)
         if before == self:
             return opened.study.text
@@ -366,12 +365,12 @@ class ViewState:
         return opened.text(edits)
 
     def _as_written(self, name: str, value: Any) -> Any:
-        """Return a file instead of the name of its entry."""
+        """Return a file in place of the name of an entry."""
         kinds = {"map": "maps", "start_draws": "starts", "metrics": "metrics"}
         return self.known.written(kinds[name], value) if name in kinds else value
 
     def _portable(self) -> dict[str, Any]:
-        """Return the spec with files instead of the names of their entries."""
+        """Return the spec with files in place of the names of entries."""
         spec = self.as_spec()
         fixed = spec.get("fixed", {})
         record = spec["record"]
@@ -401,16 +400,16 @@ class ViewState:
         return written(values, RecordSpec)
 
     def _fixing(self, changes: Mapping[str, object]) -> "ViewState":
-        """Return the state with other values of parameters.
+        """Return the state with new values of parameters.
 
-        `fixed` has only values that differ from the preset, and from the effect of its
+        `fixed` has only values that differ from the preset, and from the effect of the
         borders.
         """
         known = self._fields()
         fixed = dict(self.fixed)
         for name, value in changes.items():
             if name not in known:
-                raise SpecError(unknown("setting", name, known))
+                raise SpecError(unknown("parameter", name, known))
             try:
                 fixed[name] = known[name].coerce(value)
             except NotAllowedError as error:
@@ -425,9 +424,9 @@ class ViewState:
         }
 
     def _fixed_on(self, name: str) -> dict[str, Value]:
-        """Return `fixed` with the map of this name instead of the other.
+        """Return `fixed` with the map of this name.
 
-        A map brings its size, so no size is fixed.
+        A map brings a size, so no size is fixed.
         """
         fixed = {
             key: value
@@ -437,7 +436,7 @@ class ViewState:
         return fixed if name == self._preset["map"] else fixed | {"map": name}
 
     def _resized(self, size: Mapping[str, object]) -> "ViewState":
-        """Return the state with a custom map of another size and the same shapes."""
+        """Return the state with a custom map of another size and equal shapes."""
         return replace(
             self, own=_own_map(self.shapes or [], size), fixed=self._fixed_on(EDITED)
         )
@@ -456,7 +455,7 @@ def begin(
     model : str, optional
         Name of the model; by default the first of `known`.
     preset : str, optional
-        Name of the preset; by default the usual one of the model.
+        Name of the preset; by default the usual preset of the model.
     seed : int, default 1
         Seed of the trial.
     known : Catalogue, optional
@@ -516,9 +515,9 @@ def from_job(job: Job) -> ViewState:
 def _differing(
     values: Mapping[str, Value], preset: Mapping[str, Value]
 ) -> dict[str, Value]:
-    """Return the values that differ from those of a preset.
+    """Return the values that differ from the values of a preset.
 
-    With the torus instead of the preset's borders, the preset has `minimum_image`.
+    With the torus in place of the preset's borders, the preset has `minimum_image`.
     """
     borders = values.get("borders", preset["borders"])
     if borders != preset["borders"]:
@@ -529,8 +528,8 @@ def _differing(
 def _study(state: ViewState) -> Study:
     """Return the study of the copied spec.
 
-    Its map may have very many shapes, so they are not written and read as YAML: the
-    text has one shape instead of them.
+    The map may have very many shapes. So the shapes are not written and read as YAML:
+    the text has a single shape in place of all shapes.
     """
     spec = state.as_spec()
     own = state.own
@@ -558,7 +557,7 @@ def _own_map(shapes: list[Shape], size: Mapping[str, object]) -> OwnMap:
 def _axis(kind: str, range_: Range) -> dict[str, Any]:
     """Return the entry under `sweep`.
 
-    For an integer parameter it lists rounded values, each once.
+    For an integer parameter the entry lists rounded values, each once.
     """
     if kind == "float":
         return {"linspace": list(range_)}

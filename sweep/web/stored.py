@@ -1,6 +1,6 @@
-"""The stored trials of a study, for a page that goes from one to another.
+"""The stored trials of a study, for a page that moves between trials.
 
-It goes by swept values and replicate, or in the order of points and replicates.
+The page moves by swept values and replicate, or in the order of points and replicates.
 """
 
 from bisect import bisect_left, bisect_right
@@ -22,7 +22,7 @@ from sweep.web.state import ViewState, from_job, from_opened
 def from_stored(study: StoredStudy, job: Job) -> ViewState:
     """Return the state that shows a stored trial again, as a trial of the study's spec.
 
-    Where that spec no longer gives this trial, it is shown alone. This happens after a
+    If the spec no longer gives this trial, the trial is shown alone. The cause is a
     change of the kernels, of the program or of a table next to the spec.
     """
     path = Path(str(study.provenance.get("spec_path", "spec.yaml")))
@@ -38,7 +38,7 @@ def from_stored(study: StoredStudy, job: Job) -> ViewState:
 class TrialChoice:
     """The trials of `study` that are stored.
 
-    A trial is named by the index of its point and by its replicate, both from 0.
+    A trial is named by the index of the point and by the replicate, each from 0.
     """
 
     def __init__(self, study: StoredStudy) -> None:
@@ -75,7 +75,7 @@ class TrialChoice:
         return self.points[job.point], job.replicate
 
     def placed(self, job: Job) -> Reply:
-        """Return the trial of the state message, with its stored neighbours."""
+        """Return the trial of the state message, with the adjacent stored trials."""
         here = self.place(job)
         places = self.places
         neighbours = (
@@ -98,18 +98,18 @@ class TrialChoice:
         Raises
         ------
         SpecError
-            If no such trial is stored.
+            If this trial is not stored.
         """
         if (point, replicate) not in self.ids:
             where = f"point {point:,}, replicate {replicate:,}"
-            raise SpecError(f"no trial is stored of {where}")
+            raise SpecError(f"no trial is stored for {where}")
         return self.ids[point, replicate]
 
     def having(self, job: Job, name: str, value: Value) -> str:
         """Return the id of the trial at the point with this value of a parameter.
 
-        It has the replicate of `job`. Among several points it is the one that shares
-        most values with the point of `job`.
+        The trial has the replicate of `job`. Among several points, the method chooses
+        the point that has most values in common with the point of `job`.
 
         Parameters
         ----------
@@ -118,7 +118,7 @@ class TrialChoice:
         name : str
             Parameter that varies.
         value : int, float, str or bool
-            Its value.
+            Value of the parameter.
 
         Raises
         ------

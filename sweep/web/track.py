@@ -1,6 +1,6 @@
-"""A run that was gone through once.
+"""A trial that has run once.
 
-It keeps the metrics, and states from which any step is reached quickly.
+A track keeps the metrics, and states from which any step is reached quickly.
 """
 
 from dataclasses import replace
@@ -18,17 +18,18 @@ from sweep.web.running import recorded, simulation_of
 BOID_STEPS_APART = 20_000
 """Boids times steps between two kept states.
 
-They take some milliseconds, so that a page can go to any step without a visible wait.
+These steps take some milliseconds, so that a page can go to any step without a visible
+wait.
 """
 MOST_BYTES = 256 * 2**20
-"""The most memory, in bytes, that the kept states take.
+"""Largest memory, in bytes, that the kept states take.
 
-If there are too many, they are further apart, and reaching a step takes longer.
+Beyond this limit the states are further apart, and reaching a step takes longer.
 """
 
 
 NOTHING = RecordSpec(())
-"""An empty record, for frames that nobody looks at."""
+"""An empty record, for frames that are not shown."""
 
 
 class Track(NamedTuple):
@@ -39,7 +40,7 @@ class Track(NamedTuple):
     job : Job
         The trial.
     steps : array (F,)
-        Steps from 0 to the last finite one.
+        Steps from 0 to the last finite step.
     values : dict of str to array (F,)
         Values of each metric.
     states : dict of int to State
@@ -58,9 +59,9 @@ class Track(NamedTuple):
 
 
 def survey(job: Job, metrics: tuple[str, ...], report: Report) -> Track:
-    """Run a trial from its start to its end, and keep the metrics and some states.
+    """Run a trial from start to end, and keep the metrics and some states.
 
-    An exception of the run is raised as it is.
+    An exception of the run is raised unchanged.
 
     Parameters
     ----------
@@ -93,7 +94,7 @@ def survey(job: Job, metrics: tuple[str, ...], report: Report) -> Track:
 
 
 def _steps_apart(simulation: Simulation) -> int:
-    """Return the number of steps between two kept states: at least one call's."""
+    """Return the number of steps between two kept states, at least those of a call."""
     size = sum(array.nbytes for array in simulation.state().arrays.values())
     return max(
         steps_a_call(simulation), -(-simulation.schedule.steps * size // MOST_BYTES)
@@ -113,10 +114,10 @@ def go_to(track: Track, simulation: Simulation, step: int) -> Simulation:
     track : Track
         The run.
     simulation : Simulation
-        A simulation of the trial at any step; it is moved there, or replaced by a new
-        one.
+        A simulation of the trial at any step; the simulation is moved to the step, or
+        replaced by a new simulation.
     step : int
-        The step, at most the last one of the track.
+        The step, at most the last step of the track.
     """
     before = max((start for start in track.states if start <= step), default=0)
     if not before <= simulation.step <= step:

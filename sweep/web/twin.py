@@ -1,4 +1,4 @@
-"""Two runs side by side on one clock."""
+"""Two runs side by side on a common clock."""
 
 import struct
 from contextlib import suppress
@@ -22,14 +22,14 @@ SHARED = (
     | messages.Speed
     | messages.Seek
 )
-"""The messages that both runs obey, whichever one is named."""
+"""The messages that apply to the two runs, whichever run is named."""
 
 
 class Twin:
-    """A Show of two runs, live or stored ones.
+    """A Show of two runs, live or stored.
 
-    Both are at the same step after each call. So they stop where the first of them ends
-    or diverges.
+    The two runs are at equal steps after each call. So the runs stop where the first
+    run ends or diverges.
     """
 
     def __init__(self, first: RunShow, second: RunShow) -> None:
@@ -41,7 +41,7 @@ class Twin:
 
     @property
     def step(self) -> int:
-        """The steps done by both."""
+        """The steps done by the two runs."""
         return min(side.step for side in self.sides)
 
     @property
@@ -51,17 +51,17 @@ class Twin:
 
     @property
     def going(self) -> bool:
-        """True while both are to take steps."""
+        """True while the two runs are to take steps."""
         return all(side.going for side in self.sides)
 
     @property
     def running(self) -> bool:
-        """True while both run without a message for each step."""
+        """True while the two runs need no message for each step."""
         return all(side.running for side in self.sides)
 
     @property
     def speed(self) -> float:
-        """The speed of both in steps per second; 0 is as fast as possible."""
+        """The common speed in steps per second; 0 is as fast as possible."""
         return self.sides[0].speed
 
     def side(self, number: int) -> RunShow:
@@ -74,7 +74,7 @@ class Twin:
         return self.sides[number]
 
     def greeting(self) -> list[Reply]:
-        """Return the messages of both for a page that has just come."""
+        """Return the messages of the two runs for a new page."""
         return [
             reply
             for number, side in enumerate(self.sides)
@@ -83,7 +83,7 @@ class Twin:
         ] + self.states()
 
     def states(self) -> list[Reply]:
-        """Return the state of each run, which ends where the first one does."""
+        """Return the state of each run, which ends at the end of the shorter run."""
         states = [side.status() for side in self.sides]
         ends = [self._ended(number, state) for number, state in enumerate(states)]
         first, last = self._past
@@ -98,7 +98,7 @@ class Twin:
         ]
 
     def _ended(self, number: int, state: Reply) -> str:
-        """Return why a run goes no further than where both are; "" where it does."""
+        """Return why a run ends at the present step; "" for a run that can continue."""
         step, words = self.stopped
         if step == self.step and number in words:
             return words[number]
@@ -108,12 +108,12 @@ class Twin:
 
     @property
     def _past(self) -> tuple[int, int]:
-        """The first and the last step that both can go to."""
+        """The first and the last step that the two runs can go to."""
         firsts, lasts = zip(*(side.past for side in self.sides), strict=True)
         return max(firsts), min(lasts)
 
     def waiting(self, message: Message) -> str:
-        """Return the text for a page while it waits for the run of the message."""
+        """Return the text for a page that waits for the run of the message."""
         return self.side(message.side).waiting(message)
 
     def restore(self, hello: Hello) -> None:
@@ -126,10 +126,10 @@ class Twin:
         return self.sides[0].export(kind)
 
     def handle(self, message: Message) -> list[Reply]:
-        """Do what the page asks: both runs, or the one that the message is about.
+        """Handle a message of the page, with the two runs or with the named run.
 
-        Both obey messages about their clock. If another message brings one run to
-        another step, the other run follows.
+        Messages about the clock apply to the two runs. If another message moves a run
+        to a new step, the second run follows.
         """
         step = self.step
         running = self.running
@@ -148,7 +148,7 @@ class Twin:
         return [reply for reply in replies if reply["type"] != "state"] + self.states()
 
     def _kept(self) -> Reply:
-        """Return the kept messages of both runs as one."""
+        """Return the kept messages of the two runs as a single message."""
         first, second = (side.kept() for side in self.sides)
         named = {f"{key}_beside": second[key] for key in second.keys() - {"type"}}
         return first | named
@@ -167,7 +167,7 @@ class Twin:
         return replies
 
     def _level(self, step: int) -> None:
-        """Bring both to a step, or to the nearest one that both can go to."""
+        """Bring the two runs to a step, or to the nearest possible step."""
         if all(side.step == step and not side.diverged for side in self.sides):
             return
         first, last = self._past
@@ -175,7 +175,7 @@ class Twin:
             side.seek(min(max(step, first), last))
 
     def advance(self, steps: int) -> object:
-        """Take up to `steps` steps with both, as many as the slower one takes."""
+        """Take up to `steps` steps with each run, as many as the slower run takes."""
         first, second = self.sides
         first.advance(steps)
         while second.going and second.step < first.step and not second.diverged:
@@ -194,12 +194,12 @@ class Twin:
         return None
 
     def picture(self) -> bytes:
-        """Return both frames: BSF2, u32 the bytes of the first one, and both."""
+        """Return BSF2, u32 the size of the first frame, and the two frames."""
         first, second = (side.picture() for side in self.sides)
         return HEAD.pack(MAGIC, len(first)) + first + second
 
     def news(self, cursor: Cursor) -> tuple[list[Reply], Cursor]:
-        """Return the news of both, and the next cursor."""
+        """Return the news of the two runs, and the next cursor."""
         replies: list[Reply] = []
         each = list[Cursor]()
         before = cursor.each or (Cursor(), Cursor())
@@ -213,7 +213,7 @@ class Twin:
 def _clipped(state: Reply, last: int) -> Reply:
     """Return the state of a stored trial that is played up to a step.
 
-    The state of a live run is returned as it is.
+    The state of a live run is returned unchanged.
     """
     if not state["replay"]:
         return state
@@ -222,5 +222,5 @@ def _clipped(state: Reply, last: int) -> Reply:
 
 
 def _of(number: int, replies: list[Reply]) -> list[Reply]:
-    """Return the messages with the number of their run."""
+    """Return the messages with the number of the run."""
     return [reply | {"side": number} for reply in replies]

@@ -1,6 +1,6 @@
 """The live simulator in a notebook.
 
-The page is an anywidget; it reaches its session through the comm of the notebook's
+The page is an anywidget, which reaches the session through the comm of the notebook's
 kernel.
 """
 
@@ -39,8 +39,8 @@ R = TypeVar("R")
 class View(AnyWidget):
     """A live run, or the replay of a stored trial, as a widget of a notebook.
 
-    Steps are taken in a thread of its own. The thread starts with the first hello of a
-    front end.
+    Steps are taken in a separate thread, which starts with the first hello of a front
+    end.
 
     Parameters
     ----------
@@ -72,12 +72,12 @@ class View(AnyWidget):
         """Write the shown frame or run to a file.
 
         A frame is written as .png or .svg, a run as .gif, .mp4 or .html. A live run
-        ends at the shown frame; a stored trial is written from its start to its end.
+        ends at the shown frame; a stored trial is written from start to end.
 
         Parameters
         ----------
         path : str or Path
-            The file; its ending names the format.
+            The file, whose ending names the format.
         force : bool, default False
             Replace a file that exists.
 
@@ -86,7 +86,7 @@ class View(AnyWidget):
         OutputError
             If the file cannot be written.
         SpecError
-            If parameters were changed on the way, because no spec gives such a run.
+            If parameters were changed on the way, because no spec gives this run.
 
         Examples
         --------
@@ -100,7 +100,7 @@ class View(AnyWidget):
             file.write(content)
 
     def close(self) -> None:
-        """Remove the widget from the screen, and end its thread."""
+        """Remove the widget from the screen, and end the thread."""
         if self._line:
             self._line.stop()
         super().close()
@@ -110,11 +110,11 @@ class View(AnyWidget):
             self._line = _Line(self)
             self._line.start()
             if isinstance(message, dict) and message.get("type") == "hello":
-                return  # the line answers it when it starts
+                return  # the line answers the message at the start
         self._line.put(json.dumps(message))
 
     def _in_turn(self, work: Callable[[], R]) -> R:
-        """Return the result of `work`, run while nobody else works with the show."""
+        """Return the result of `work`, run with exclusive access to the show."""
         if self._line and self._line.is_alive():
             return self._line.ask(work)
         return work()
@@ -132,9 +132,9 @@ class View(AnyWidget):
 
 
 class _Line(Thread):
-    """A thread that plays a view to its front ends.
+    """A thread that plays a view to all front ends.
 
-    It is the line to all of them, see sweep.web.playing.
+    The thread is the line to the front ends, see sweep.web.playing.
     """
 
     def __init__(self, view: View) -> None:
@@ -150,7 +150,7 @@ class _Line(Thread):
             runner.run(self.player.play(self))
 
     def put(self, text: str | None) -> None:
-        """Add a message from a front end; None is the last one."""
+        """Add a message from a front end; None is the last message."""
         self.loop.call_soon_threadsafe(self.texts.put_nowait, text)
 
     def stop(self) -> None:
@@ -162,7 +162,7 @@ class _Line(Thread):
     def ask(self, work: Callable[[], R]) -> R:
         """Return the result of `work`, run in the thread.
 
-        It runs while nobody else works with the show.
+        `work` has exclusive access to the show.
         """
         return asyncio.run_coroutine_threadsafe(
             self.player.in_turn(work), self.loop
@@ -196,21 +196,21 @@ def live(
     Parameters
     ----------
     model : str or None
-        Name of the model; None for the first one.
+        Name of the model; None for the first model.
     preset : str or None
-        Name of the preset; None for the usual one of the model.
+        Name of the preset; None for the usual preset of the model.
     seed : int
         Seed of the trial, from 0.
     settings : mapping
-        Values of parameters by name, in their units. Others have the value of the
-        preset.
+        Values of parameters by name, in the units of the model. Further parameters have
+        the value of the preset.
     known : Catalogue, optional
         Models, metrics and maps by name; by default the built-in ones.
 
     Raises
     ------
     SpecError
-        If a spec would not accept one of these.
+        If a spec would not accept these values.
     """
     try:
         state = begin(model, preset, seed, known)

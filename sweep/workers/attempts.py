@@ -1,8 +1,8 @@
-"""Attempts at trials in workers, and the storing of their results.
+"""Attempts at trials in workers, and the storing of results.
 
-A trial that fails is tried again if the spec asks for retries. A long trial resumes
-from its checkpoint, if there is one. A checkpoint is deleted here when its trial is
-stored, and when its trial took too long and is tried again.
+A failed trial runs again if the spec asks for retries. A long trial resumes from its
+checkpoint, if there is one. This module deletes the checkpoint of a trial when the
+trial is stored, and when a trial that took too long runs again.
 """
 
 from collections.abc import Callable, Generator, Iterator, Sequence
@@ -31,9 +31,9 @@ def run_jobs(
 ) -> None:
     """Run trials and store their results.
 
-    Chains of linked jobs run whole, link after link. Trials that fail run again after
-    all others, if the spec asks for retries; only their last outcome is stored. All
-    finished trials are stored, also where an error is raised.
+    Chains of linked jobs run whole, link after link. If the spec asks for retries,
+    failed trials run again at the end, and only the last outcome is stored. All
+    finished trials are stored, even if an error is raised.
 
     Parameters
     ----------
@@ -48,9 +48,9 @@ def run_jobs(
     executor : ExecutorFactory
         Engine that runs the jobs.
     failures : Failures
-        Failed trials that the launch knows of already; it counts the new ones.
+        Failed trials that the launch knows already; new failures are added.
     noted : callable, optional
-        Called with results, once they are handed to the store.
+        Called with results after the store has received the results.
 
     Raises
     ------
@@ -85,9 +85,9 @@ def _outcomes(
     checkpoints: Checkpoints,
     failures: Failures,
 ) -> Generator[list[Result], None, None]:
-    """Yield the last outcome of every job, as the outcomes come back.
+    """Yield the last outcome of every job, in the order of arrival.
 
-    In each further round the failed jobs are tried again.
+    In each further round the failed jobs run again.
     """
     rounds = 1 + study.policy.retries
     for attempt in range(1, rounds):
@@ -111,7 +111,7 @@ def _outcomes(
 
 
 def _discard(checkpoints: Checkpoints, results: list[Result]) -> None:
-    """Delete the checkpoints of these results. A brief trial never wrote one."""
+    """Delete the checkpoints of some results. A brief trial never wrote one."""
     jobs = [result.job for result in results]
     if long := [job.trial_id for job in jobs if not is_brief(job)]:
         checkpoints.discard(long)

@@ -1,22 +1,22 @@
 """Checkpoints of long trials.
 
-Whatever ends a trial, the trial resumes from its checkpoint, and its results are
-bitwise identical.
+After any interruption a trial resumes from its checkpoint, and the results are bitwise
+identical.
 
-    checkpoints/<trial_id>.state   the state as it was last written; named .tried-1 or
-                                   .tried-2 while it is on trial
+    checkpoints/<trial_id>.state   the last written state; named .tried-1 or .tried-2
+                                   during a try to resume
     checkpoints/<trial_id>.frames  the frames so far, each written once
 
 A trial of one kernel call has no checkpoint. Any other trial looks for its checkpoint
-when it begins. It writes one when it has run for a while since the last, and so seldom
-that writing takes about a hundredth of its time. Frames of many boids at every step may
-take more time, but each is written only once, and all of them are in memory too.
+at the beginning. The trial writes checkpoints at intervals so long that writing takes
+about 1 % of its time. Frames of many boids at every step may take more time, but each
+frame is written only once, and all frames are in memory too.
 
-A trial that dies when it resumes from its checkpoint must not do so for ever. So the
-file is renamed before it is read, and renamed back when the first kernel call is over.
-A file that still has the name of a try is tried once more; then the trial begins again
-at step 0. The workers write checkpoints, and the process that stores the results
-deletes them (`checkpoint_folder.py`). A worker that cannot write, or does not see the
+A trial that dies whenever it resumes from its checkpoint must not retry forever. So the
+file is renamed before it is read, and renamed back after the first kernel call. A file
+that still has the name of a try is tried once more; then the trial begins again at step
+0. The workers write checkpoints, and the process that stores the results deletes the
+checkpoints (`checkpoint_folder.py`). A worker that cannot write, or does not see the
 study's folder, warns once and runs the trial without checkpoints.
 """
 
@@ -46,14 +46,15 @@ from sweep.workers.last_state import Lasting, frame_type_of
 LOG = logging.getLogger("sweep")
 
 TIMES_LONGER = 100.0
-"""Least time between two checkpoints, per time that writing the last one took."""
+"""Least time between two checkpoints, as a multiple of the time of the last writing."""
 
 
 @dataclass(frozen=True)
 class Checkpointed:
     """Function that runs trials, with checkpoints.
 
-    Results are those of `run`, besides the last state where a job records it.
+    Results equal the results of `run`, except for the last state where a job records
+    one.
 
     Attributes
     ----------
@@ -64,10 +65,10 @@ class Checkpointed:
     every : float
         Least wall seconds between two checkpoints.
     key : bytes
-        Key that seals checkpoints and last states. The coordinator hands it to its
-        workers.
+        Key that seals checkpoints and last states. The coordinator passes the key to
+        its workers.
     together : bool
-        Whether trials may run together, in the lanes of a processor.
+        Whether trials may run in vectorised batches.
     """
 
     run: Callable[[Job], Result]
@@ -79,9 +80,9 @@ class Checkpointed:
     def __call__(self, job: Job) -> Result:
         """Return the result of a job.
 
-        Its `seconds`, and its time limit, include the seconds of all attempts that it
-        resumes from, and of the earlier trial. A trial that raises begins at step 0 the
-        next time.
+        The `seconds` of the result, and the time limit, include all attempts from which
+        the trial resumes, and the earlier trial. A trial that raises an error begins at
+        step 0 the next time.
         """
         if job.record.last_states:
             result = attempt(self._simulate, job)
@@ -93,7 +94,7 @@ class Checkpointed:
     def several(self, jobs: Sequence[Job]) -> list[Result]:
         """Return the results of jobs, in their order.
 
-        Jobs without a checkpoint run together where that is faster.
+        Jobs without a checkpoint run in batches where a batch is faster.
         """
         return in_groups(jobs, self, self._together if self.together else None)
 
@@ -136,8 +137,8 @@ class Checkpointed:
     ) -> tuple[Result, Simulation]:
         """Return the result of a simulation, and the simulation at its end.
 
-        The simulation has taken `spent` seconds before. The returned simulation may be
-        a new one where there is a checkpoint.
+        Before, the simulation has taken `spent` seconds. If there is a checkpoint, the
+        returned simulation may be a new object.
         """
         if self.folder is None or is_brief(simulation.job):
             return simulation.result(began - spent), simulation
@@ -172,7 +173,7 @@ class _Checkpoint:
         self._paths = state_files(folder, job.trial_id)
         self._frames = frames_file(folder, job.trial_id)
         self._kind = frame_type_of(simulation)
-        # The first, the last, and those between.
+        # The first frame, the last frame, and the frames between.
         self._most_frames = simulation.schedule.steps // job.record.every + 2
         self._written = 0  # elements of `simulation.taken` that are in the file
         self._count = 0  # frames in the file
@@ -181,13 +182,13 @@ class _Checkpoint:
         self._due = every
 
     def resume(self) -> float | None:
-        """Resume from the checkpoint, if there is a good one.
+        """Resume from the checkpoint, if there is one.
 
         Returns
         -------
         float or None
-            Seconds that the trial had taken until then, 0 where the checkpoint cannot
-            be used. None where there is no checkpoint.
+            Seconds that the trial had taken before, 0 if the checkpoint is unusable.
+            None if there is no checkpoint.
         """
         aside = self._set_aside()
         if aside is None:
@@ -196,19 +197,19 @@ class _Checkpoint:
             saved = read_state(aside, self._trial, self.simulation.state(), self._key)
             taken = read_frames(self._frames, self._kind, saved, self._most_frames)
             self.simulation.restore(saved.state)
-        except Exception as error:  # whatever is wrong with the file, the trial is not
-            LOG.warning("%s: %s; the trial begins anew", aside, error)
+        except Exception as error:  # a damaged file must not fail the trial
+            LOG.warning("%s: %s; the trial restarts at step 0", aside, error)
             self.discard()
             self.simulation = Simulation(self.simulation.job)
             return 0.0
-        self.simulation.taken = [taken]  # an earlier trial may have left others
+        self.simulation.taken = [taken]  # replaces frames of an earlier trial
         self._aside = aside
         self._written = 1
         self._count = saved.frames
         self._crc = saved.crc
         self._due = saved.seconds + self._every
         LOG.warning(
-            "trial %s: goes on from step %s of %s",
+            "trial %s: resumes at step %s of %s",
             self._trial,
             f"{self.simulation.step:,}",
             f"{self.simulation.schedule.steps:,}",
@@ -223,7 +224,7 @@ class _Checkpoint:
         """Write a checkpoint between two kernel calls, if it is due.
 
         The trial began `seconds` ago. The first call also proves that the trial
-        survives its checkpoint, which then gets its own name back.
+        survives its checkpoint, and gives the file its usual name again.
         """
         if self._aside is not None:
             self._put_back(self._aside)
@@ -253,8 +254,8 @@ class _Checkpoint:
                 return path.replace(aside)
         if self._paths[-1].exists():
             LOG.warning(
-                "trial %s: its worker died twice when it went on from its checkpoint;"
-                " the trial begins anew",
+                "trial %s: its worker died twice when it resumed from its checkpoint;"
+                " the trial restarts at step 0",
                 self._trial,
             )
             self.discard()
@@ -287,14 +288,16 @@ class _Checkpoint:
                     self._frames, self._kind, new, self._count, crc=self._crc
                 )
             except FileNotFoundError:
-                # It is the first checkpoint, or the folder has gone with the last of
-                # others. Not its parents: a machine without the study's folder must not
-                # get one.
+                # This is the first checkpoint, or the folder was deleted with the last
+                # one of other trials. Its parents are not created: a machine without
+                # the study's folder must not get one.
                 make_folder(self._folder)
 
 
 @cache
 def _say_once(folder: Path, error: str) -> None:
     LOG.warning(
-        "%s: no checkpoint can be written (%s); trials run without", folder, error
+        "%s: cannot write checkpoints (%s); trials run without checkpoints",
+        folder,
+        error,
     )

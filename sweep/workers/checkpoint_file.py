@@ -1,18 +1,18 @@
 """The two files of a checkpoint: the state of a trial, and its frames.
 
-The state is replaced each time; new frames are added behind the earlier ones.
+Each checkpoint replaces the state, and appends new frames to the earlier frames.
 
-    boidsweep checkpoint 2 8f3a02c1...   the format, and the seal of all that follows
+    boidsweep checkpoint 2 8f3a02c1...   the format, and the seal of the remaining file
     {"trial_id": ..., "step": 120000, "arrays": ..., ...}   a header in JSON
     ...                                  the bytes of the arrays, one after the other
 
-The file of frames has records of one size. The header says how many of them count, and
-their CRC: records that a writer added, but died before it could declare, are cut off by
-the next writer. No type and no size in memory is taken from the file: its arrays must
-have those of the trial at hand. The seal (HMAC-SHA256) is made with the user's own key,
-because kernels take indices and counts without a check, and numbers become results.
-Bitwise identical results are promised only for the same code, libraries and processor,
-so a checkpoint of another environment is rejected.
+The file of frames has records of one size. The header has the number of valid frames
+and their CRC. The next writer cuts off frames whose writer died before the header was
+written. No type and no size in memory is taken from the file: the arrays must match the
+arrays of the trial at hand. The seal (HMAC-SHA256) is made with the private key of the
+user: kernels use indices and counts without a check, and the numbers become results.
+Bitwise identical results are promised only for equal code, libraries and processor, so
+a checkpoint of another environment is rejected.
 """
 
 import hmac
@@ -44,11 +44,11 @@ class Saved(NamedTuple):
     ----------
     state : State
     seconds : float
-        Wall seconds that the trial had taken until then.
+        Wall seconds that the trial had taken before.
     frames : int
-        Number of its frames.
+        Number of the frames.
     crc : int
-        CRC-32 of its frames.
+        CRC-32 of the frames.
     """
 
     state: State
@@ -58,7 +58,7 @@ class Saved(NamedTuple):
 
 
 def write_state(path: Path, trial_id: str, saved: Saved, key: bytes) -> None:
-    """Replace the state of a trial in one step. Afterwards the disk holds it.
+    """Replace the state of a trial in one step, and flush the state to disk.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def write_state(path: Path, trial_id: str, saved: Saved, key: bytes) -> None:
     trial_id : str
         Id of the trial.
     saved : Saved
-        Its state, seconds, and the number and CRC of its frames.
+        State and seconds of the trial, and the number and CRC of the frames.
     key : bytes
         Key that seals the file.
 
@@ -81,7 +81,7 @@ def write_state(path: Path, trial_id: str, saved: Saved, key: bytes) -> None:
 
 
 def state_bytes(trial_id: str, saved: Saved, key: bytes, code: str) -> bytes:
-    """Return the content of the file of the state of a trial.
+    """Return the state of a trial as the content of a file.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def state_bytes(trial_id: str, saved: Saved, key: bytes, code: str) -> bytes:
         As in `write_state`.
     code : str
         Code and libraries on which the results depend, as JSON: a fingerprint, or a
-        piece of one.
+        part of a fingerprint.
     """
     state = saved.state
     header = {
@@ -118,7 +118,7 @@ def read_state(path: Path, trial_id: str, own: State, key: bytes) -> Saved:
     trial_id : str
         Id of the trial.
     own : State
-        State of the trial at its start. Both states have the same arrays.
+        State of the trial at its start, with equal names, types and shapes of arrays.
     key : bytes
         Key with which the file must be sealed.
 
@@ -141,7 +141,7 @@ def state_of(
     key: bytes,
     differing: Callable[[str], str],
 ) -> Saved:
-    """Return the state of a trial in the content of its file.
+    """Return the state of a trial from the content of a file.
 
     Parameters
     ----------
@@ -150,8 +150,8 @@ def state_of(
     trial_id, own, key
         As in `read_state`.
     differing : callable
-        Returns the differences between code of this process and of the state, in words;
-        "" where the state can be used.
+        Returns the differences between the code of this process and the code of the
+        state, in words; "" if the state is usable.
 
     Raises
     ------
@@ -161,12 +161,12 @@ def state_of(
     first_line, _, values = unsealed(content, key).partition(b"\n")
     header = json.loads(first_line)
     if header["trial_id"] != trial_id:
-        raise ValueError("is of another trial")
+        raise ValueError("belongs to another trial")
     if differences := differing(header["code"]):
         raise ValueError(f"was written by other code: {differences}")
     if header["machine"] != _machine():
         raise ValueError(
-            "was written on another kind of machine, which may round otherwise"
+            "was written on another kind of machine, which may round differently"
         )
     if header["arrays"] != _shapes(own):
         raise ValueError("has other arrays than the trial")
@@ -201,7 +201,7 @@ def frame_type(metrics: int, bodies: int, states: int = 0) -> FrameType:
 def add_frames(
     path: Path, kind: FrameType, taken: Iterable[Taken], frames: int, crc: int
 ) -> tuple[int, int]:
-    """Write frames behind the first ones of a file. Afterwards the disk holds them.
+    """Append frames to the valid frames of a file, and flush the file to disk.
 
     Parameters
     ----------
@@ -212,9 +212,9 @@ def add_frames(
     taken : iterable of Taken
         New frames.
     frames : int
-        Number of frames in the file that count; later ones are cut off.
+        Number of valid frames in the file; later frames are cut off.
     crc : int
-        CRC-32 of the frames that count.
+        CRC-32 of the valid frames.
 
     Returns
     -------
@@ -239,7 +239,7 @@ def add_frames(
 
 
 def frame_bytes(kind: FrameType, taken: Taken) -> bytes:
-    """Return frames as a file holds them; `kind` is the record of one frame."""
+    """Return frames as bytes of a file; `kind` is the record of one frame."""
     rows = np.empty(len(taken.steps), kind)
     rows["step"] = taken.steps
     rows["values"] = taken.values.T
@@ -301,18 +301,18 @@ def read_frames(path: Path, kind: FrameType, saved: Saved, most: int) -> Taken:
     size = saved.frames * kind.itemsize
     with open_regular(path) as file:
         if not 0 <= size <= os.fstat(file.fileno()).st_size:
-            raise ValueError("has fewer frames than it says")
+            raise ValueError("has fewer frames than its header declares")
         content = file.read(size)
     return frames_of(content, kind, saved.crc)
 
 
 def frames_of(content: bytes, kind: FrameType, crc: int) -> Taken:
-    """Return the frames in the content of a file.
+    """Return frames from the content of a file.
 
     Parameters
     ----------
     content : bytes
-        Frames as in the file, and nothing else.
+        Bytes of the frames in the file.
     kind : dtype
         Record of a frame.
     crc : int
@@ -335,27 +335,25 @@ def frames_of(content: bytes, kind: FrameType, crc: int) -> Taken:
 
 
 def sealed(content: bytes, key: bytes) -> bytes:
-    """Return content behind a first line with its seal."""
+    """Return content with its seal as the first line."""
     return _first_line(content, key) + content
 
 
 def unsealed(content: bytes, key: bytes) -> bytes:
     """Return content that was `sealed`, without its first line.
 
-    Raises ValueError where the first line or the seal is wrong.
+    Raises ValueError if the first line or the seal is wrong.
     """
     first, _, content = content.partition(b"\n")
     words = first.split()
     if words[:2] != [b"boidsweep", b"checkpoint"] or len(words) != 4:
         raise ValueError("is not a checkpoint, or is damaged")
     if words[2] != b"%d" % FORMAT:
-        raise ValueError(
-            f"is of a format that this version does not know; it knows {FORMAT}"
-        )
+        raise ValueError(f"has an unknown format; this version reads format {FORMAT}")
     if not hmac.compare_digest(first + b"\n", _first_line(content, key)):
         raise ValueError(
-            "is damaged, or was written by somebody else or on a machine where you have"
-            " another key"
+            "is damaged, or was written by another user, or on a machine with another"
+            " key"
         )
     return content
 
@@ -366,14 +364,14 @@ def _first_line(content: bytes, key: bytes) -> bytes:
 
 
 def _shapes(state: State) -> dict[str, Any]:
-    """Return the type and the shape of every array."""
+    """Return the type and the shape of each array."""
     return {
         name: [array.dtype.str, *array.shape] for name, array in state.arrays.items()
     }
 
 
 def _split(values: bytes, own: State) -> dict[str, np.ndarray[Any, Any]]:
-    """Return the arrays in `values`, one after the other, with shapes of `own`."""
+    """Split `values` into consecutive arrays with the shapes of `own`."""
     if len(values) != sum(array.nbytes for array in own.arrays.values()):
         raise ValueError("is damaged")
     arrays = {}
@@ -389,6 +387,6 @@ def _split(values: bytes, own: State) -> dict[str, np.ndarray[Any, Any]]:
 def _machine() -> list[str]:
     """Return the processor and the mathematics library.
 
-    The last bit of a number may depend on them, besides the code.
+    The last bit of a number may depend on the processor and this library.
     """
     return [cpu_name(), platform.machine(), *platform.libc_ver()]

@@ -1,14 +1,14 @@
-"""The checkpoints of a study, and the deletion of those that no trial resumes from.
+"""The checkpoints of a study, and the deletion of unneeded checkpoints.
 
-The coordinator deletes a checkpoint when its trial is stored. It knows the names of the
-files, and need not list the folder for that. Some checkpoints remain: the coordinator
-may be killed between the two steps, and a worker that has lost its coordinator may
-still write one. So a launch lists the folder twice. At its beginning it deletes the
-checkpoints that it will not need. At its end it deletes all that are left, even if it
-had nothing to run.
+The coordinator deletes the checkpoint of a trial when the trial is stored. The
+coordinator knows the names of the files, and need not list the folder. Some checkpoints
+remain: the coordinator may be killed between the two steps, and a worker that has lost
+the coordinator may still write a checkpoint. So a launch lists the folder twice. At the
+beginning the launch deletes the checkpoints that it will not need. At the end it
+deletes all remaining checkpoints, even if nothing had to run.
 
-A launch deletes checkpoints of its own trials only, the trials of its shard. A trial of
-another shard may be running now. Files without the name of a checkpoint are left alone.
+A launch deletes only checkpoints of trials in its shard. A trial of another shard may
+be running now. Files without the name of a checkpoint are left alone.
 """
 
 import os
@@ -24,15 +24,15 @@ from sweep.store import Location, Share
 
 STATES = ("state", "tried-1", "tried-2")
 FRAMES = "frames"
-"""Endings of the files of a checkpoint.
+"""Extensions of the files of a checkpoint.
 
-The state has one of three: see `sweep.workers.checkpoint`.
+The state has one of three extensions: see `sweep.workers.checkpoint`.
 """
 NAME = re.compile(rf"([0-9a-f]{{24}})\.({'|'.join(STATES)}|{FRAMES}|(state-.*))")
 
 
 class _File(NamedTuple):
-    """A file of the checkpoint of a trial; `unfinished` while it is being written."""
+    """A file of the checkpoint of a trial; `unfinished` during the writing."""
 
     trial: str
     unfinished: bool
@@ -40,7 +40,7 @@ class _File(NamedTuple):
 
 
 def state_files(folder: Path, trial: str) -> list[Path]:
-    """Return the paths of a state: as written, on its first and on its second try."""
+    """Return the paths of a state: as written, on the first and on the second try."""
     return [folder / f"{trial}.{ending}" for ending in STATES]
 
 
@@ -60,8 +60,8 @@ def delete_files(folder: Path, trial: str) -> None:
 class Checkpoints:
     """The checkpoints in `folder` of a launch's trials.
 
-    The trials are those of its shard, `share`, or all. Without a folder, as in an
-    object store, there are no checkpoints.
+    With `share`, only trials of that shard count, otherwise all trials. Without a
+    folder, as in an object store, there are no checkpoints.
     """
 
     folder: Path | None
@@ -74,7 +74,7 @@ class Checkpoints:
         Parameters
         ----------
         study : Location
-            Folder of the study, or its place in an object store.
+            Folder of the study, or its location in an object store.
         share : Share, optional
             Shard of the launch; by default all trials.
         """
@@ -82,11 +82,11 @@ class Checkpoints:
         return cls(folder, share)
 
     def trials(self) -> set[str]:
-        """Return the trials of this launch with a checkpoint, or a piece of one."""
+        """Return the trials of this launch with files of a checkpoint."""
         return {file.trial for file in self._files()}
 
     def size(self) -> int:
-        """Return the size of all these checkpoints, in bytes."""
+        """Return the size of all checkpoints, in bytes."""
         total = 0
         for file in self._files():
             with suppress(OSError):
@@ -94,9 +94,9 @@ class Checkpoints:
         return total
 
     def discard(self, trials: Collection[str]) -> None:
-        """Delete the checkpoints of trials, and the folder with the last of them.
+        """Delete the checkpoints of trials, and the folder if it is empty then.
 
-        Unfinished files of a worker stay: `keep_only` deletes them.
+        Unfinished files of a worker remain until `keep_only` deletes them.
         """
         if self.folder is None or self.folder.is_symlink():
             return
@@ -105,9 +105,9 @@ class Checkpoints:
         self._delete_if_empty()
 
     def keep_only(self, trials: Collection[str]) -> None:
-        """Delete the checkpoints of all other trials, and unfinished files.
+        """Delete unfinished files, and all checkpoints except those of `trials`.
 
-        Nobody may be running trials of this launch.
+        No trial of this launch may be running.
         """
         for file in self._files():
             if file.unfinished or file.trial not in trials:

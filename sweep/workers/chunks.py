@@ -1,6 +1,6 @@
 """Dealing of jobs to workers.
 
-Jobs go in chunks of about equal work, or in batches of about equal numbers.
+Jobs are dealt in chunks of about equal work, or in batches of about equal size.
 """
 
 import math
@@ -13,9 +13,9 @@ if TYPE_CHECKING:
 MAX_CHUNK_JOBS = 1000
 COST_RANGE = (1e-6, 1e9)
 MOST_A_SECOND = 50
-"""Chunks per second that come back, from all workers.
+"""Number of chunks per second that all workers return together.
 
-Dask's scheduler on a busy core takes 90.
+Dask's scheduler on a busy core can handle 90.
 """
 
 
@@ -27,37 +27,37 @@ class Dealing(Protocol):
         """Number of jobs that have not been dealt out."""
 
     def take(self, workers: int, /) -> list[int]:
-        """Return the next indices for one of so many workers.
+        """Return the next indices for a worker among `workers` workers.
 
         The list is empty when every index has been dealt out.
         """
 
     def observe(self, indices: Sequence[int], seconds: float, /) -> None:
-        """Learn how long jobs took.
+        """Learn from the duration of some jobs.
 
         Parameters
         ----------
         indices : sequence of int
             Indices of the jobs of a chunk.
         seconds : float
-            Wall seconds of all together.
+            Wall seconds of all jobs together.
         """
 
     def split(self, indices: list[int], /) -> list[list[int]]:
-        """Return the smaller chunks in which the jobs of a lost chunk are tried again.
+        """Return smaller chunks in which the jobs of a lost chunk run again.
 
-        The chunk was lost with its worker, and one of its jobs may be to blame.
+        The chunk was lost with its worker, and a job of the chunk may be the cause.
         """
 
 
 class Chunks:
     """Dealer of chunks of about equal work: the longest jobs first, or all in order.
 
-    Jobs go singly until a first chunk has been timed; from then on the estimates are
-    scaled by the measured pace. No chunk is more than a third of one worker's part of
-    the remaining work, so that the workers finish together. The number of workers may
-    change. Many workers get longer chunks, so that at most MOST_A_SECOND come back per
-    second. Estimates are clipped to COST_RANGE, in seconds.
+    Jobs are dealt singly until the first chunk has been timed; from then on the
+    estimates are scaled by the measured pace. A chunk is at most a third of one
+    worker's part of the remaining work, so that the workers finish together. The number
+    of workers may change. Many workers get longer chunks, so that at most MOST_A_SECOND
+    come back per second. Estimates are clipped to COST_RANGE, in seconds.
 
     Parameters
     ----------
@@ -66,10 +66,11 @@ class Chunks:
     seconds : float, default 1.0
         Work per chunk, in wall seconds.
     in_order : bool, default False
-        Whether jobs go in their order.
+        Whether jobs are dealt in their order.
     at_once : int, default 1
-        Number of jobs that run together: jobs go by its multiples. Where fewer are left
-        per worker, they go by multiples of that number: no worker stays without a job.
+        Number of jobs that run together: chunk sizes are multiples of this number. If
+        fewer jobs per worker are left, chunk sizes are multiples of the jobs per
+        worker, so that each worker has a job.
     """
 
     def __init__(
@@ -96,7 +97,7 @@ class Chunks:
         return len(self._order) - self._first
 
     def take(self, workers: int) -> list[int]:
-        """Return the next chunk of indices for one of so many workers.
+        """Return the next chunk of indices for a worker among `workers` workers.
 
         The chunk is empty when every index has been dealt out.
         """
@@ -108,20 +109,20 @@ class Chunks:
         return indices
 
     def observe(self, indices: Sequence[int], seconds: float) -> None:
-        """Learn how long jobs took, which scales the estimates.
+        """Scale the estimates by the duration of some jobs.
 
         Parameters
         ----------
         indices : sequence of int
             Indices of the jobs of a chunk.
         seconds : float
-            Wall seconds of all together.
+            Wall seconds of all jobs together.
         """
         pace = max(seconds, COST_RANGE[0]) / float(self._costs[indices].sum())
         self._pace = pace if self._pace is None else (self._pace * pace) ** 0.5
 
     def split(self, indices: list[int]) -> list[list[int]]:
-        """Return each job alone: a chunk takes about as long as its jobs one by one."""
+        """Return one chunk per job: a chunk takes about as long as its single jobs."""
         return [[index] for index in indices]
 
     def _size(self, left: int, workers: int) -> int:
@@ -141,17 +142,16 @@ class Chunks:
 class Batches:
     """Dealer of as few batches as possible: the longest jobs first, or all in order.
 
-    Batches have equal numbers of jobs but for one. A device takes about as long for a
-    batch of few jobs as for one of many, and it runs one batch after another. So,
-    unlike chunks, batches are full from the first to the last one, however many workers
-    there are.
+    The sizes of batches differ by at most one job. A device takes about as long for a
+    batch of few jobs as for a batch of many jobs, and runs one batch after another. So,
+    unlike chunks, all batches are about full, for any number of workers.
 
     Parameters
     ----------
     costs : array-like of float
         Estimated seconds of each job, shape (number of jobs,).
     in_order : bool, default False
-        Whether jobs go in their order.
+        Whether jobs are dealt in their order.
     at_once : int
         Largest number of jobs of a batch.
     """
@@ -179,18 +179,18 @@ class Batches:
         return indices
 
     def observe(self, _indices: Sequence[int], _seconds: float) -> None:
-        """Learn nothing: the time of a batch changes no other batch.
+        """Do nothing: the duration of a batch changes no later batch.
 
         Parameters
         ----------
         _indices : sequence of int
             Indices of the jobs of a batch.
         _seconds : float
-            Wall seconds of all together.
+            Wall seconds of all jobs together.
         """
 
     def split(self, indices: list[int]) -> list[list[int]]:
-        """Return two halves: 12 batches find the job to blame among 4096."""
+        """Return two halves: 12 batches find the failing job among 4096."""
         half = math.ceil(len(indices) / 2)
         return [part for part in (indices[:half], indices[half:]) if part]
 

@@ -1,22 +1,22 @@
 """A dask.distributed cluster as an engine.
 
-Workers anywhere run the chunks; this process alone drives and stores.
+The workers may be on any machine; only this process sends jobs and stores results.
 
-A chunk is a task of the cluster. Its content is sent as bytes, so that the scheduler
-needs nothing of this package, and a worker compares its own code and libraries before
-it unpacks them (`remote.py`). Workers that join late get work. Workers that leave lose
-none. While there are no workers, or while the scheduler is away, the launch waits and
-warns. The cluster belongs to somebody else: we never shut it down, and cancel only our
-tasks.
+A chunk is a task of the cluster. The content of a chunk is sent as bytes, so that the
+scheduler does not need this package. A worker compares code and libraries before it
+unpacks the content (`remote.py`). Workers that join late get work. No work is lost with
+workers that leave. While there are no workers, or while the scheduler is away, the
+launch waits and warns. The cluster may have further users: boidsweep never shuts the
+cluster down, and cancels only its own tasks.
 
-A scheduler that has never answered may have a wrong address: it is tried for
-CONNECT_SECONDS, also if it closes or refuses connections. A scheduler that has answered
-before may be away for AWAY_SECONDS.
+A scheduler that has never answered may have a wrong address: the launch tries to
+connect for CONNECT_SECONDS, even if the scheduler closes or rejects connections. A
+scheduler that has answered before may be away for AWAY_SECONDS.
 
 Trials hold Python's lock, so a worker of several threads is rejected: two trials in two
-threads took 1.14 times as long as one after the other. A task that is cancelled while
-it runs continues to its end, and its result is dropped. `sweep.workers.warden` keeps
-the limits of trials: it ends a worker, and without a nanny the worker is not replaced.
+threads took 1.14 times as long as one after the other. A running task that is cancelled
+continues to its end, and the result is dropped. `sweep.workers.warden` enforces the
+limits of trials by ending the worker. Without a nanny the worker is not replaced.
 """
 
 import logging
@@ -39,8 +39,8 @@ AWAY_SECONDS = 600.0
 """Seconds that a scheduler that has answered may be away."""
 PAUSE_SECONDS = 0.2
 PLAIN = (
-    "%s: not encrypted, and open to whoever reaches it: such a one can run code on its"
-    " workers and on this machine; use a network that others do not reach, or tls://"
+    "%s: the connection is not encrypted: anybody who can reach the scheduler can run"
+    " code on its workers and on this machine. Use a private network, or tls://"
     " (see the guide, More than one machine)"
 )
 LOG = logging.getLogger("sweep")
@@ -48,16 +48,16 @@ LOG = logging.getLogger("sweep")
 
 @dataclass
 class Dask(FliesOnProcessors):
-    """The engine of a dask cluster, found by one of its two attributes.
+    """The engine of a dask cluster, found by address or by file.
 
-    A scheduler that is lost at any moment after its first answer may be away for
-    AWAY_SECONDS. So may a scheduler that is lost again and again before it reports its
-    workers. The chunks that were in flight are sent again.
+    A scheduler that is lost after its first answer may be away for AWAY_SECONDS. The
+    limit also applies to a scheduler that is lost repeatedly before its workers are
+    known. Chunks that were not finished are sent again.
 
     Attributes
     ----------
     address : str or None
-        Where the scheduler of the cluster answers, such as ``tcp://10.0.0.1:8786``.
+        Address of the scheduler of the cluster, such as ``tcp://10.0.0.1:8786``.
     scheduler_file : str or None
         File in which the scheduler has written its address.
     """
@@ -75,19 +75,19 @@ class Dask(FliesOnProcessors):
         return self._pool.threads() if self._pool else 0
 
     def connect(self) -> None:
-        """Check that a scheduler answers and its present workers can run our trials.
+        """Check that a scheduler answers and that present workers can run our trials.
 
-        It may be called before any work. Raises WorkersError where no scheduler
-        answers, or a worker differs from this process.
+        The check may precede any work. Raises WorkersError if no scheduler answers, or
+        if a worker differs from this process.
         """
         with suppress(NotYetError):
             self.start()
 
     def start(self) -> Executor:
-        """Return the executor of the cluster; connect first if need be.
+        """Return the executor of the cluster, and connect first if necessary.
 
         Raises NotYetError while there is no worker, or the scheduler is away. Raises
-        WorkersError where no scheduler answers, or a worker differs from this process.
+        WorkersError if no scheduler answers, or if a worker differs from this process.
         """
         try:
             if self._pool is None:
@@ -103,7 +103,7 @@ class Dask(FliesOnProcessors):
         return self._pool
 
     def stop(self) -> None:
-        """Cancel our tasks and close the connection."""
+        """Cancel the tasks of this process and close the connection."""
         if self._pool is not None:
             pool = self._pool
             self._pool = None
@@ -111,9 +111,9 @@ class Dask(FliesOnProcessors):
             pool.end()
 
     def check(self) -> None:
-        """Give up all tasks in flight once the connection is gone.
+        """Give up all unfinished tasks if the connection is lost.
 
-        Without this, dask would wait for ever for an answer of the scheduler.
+        Otherwise dask would wait for an answer of the scheduler forever.
         """
         if self._pool is None:
             return
@@ -125,7 +125,7 @@ class Dask(FliesOnProcessors):
             self._last_warning = ""
 
     def watch(self, limits: Limits) -> Watching:
-        """Return what keeps the limits of jobs: a warden next to each worker."""
+        """Return the keeper of the limits of jobs: a warden next to each worker."""
         return _Posts(limits)
 
     @property
@@ -166,7 +166,7 @@ class Dask(FliesOnProcessors):
         return connection
 
     def _away(self, error: OSError) -> Exception:
-        """Return the error for a lost scheduler, by how long it has been away."""
+        """Return the error for a lost scheduler, by the duration of the absence."""
         assert self._lost is not None
         minutes = f"{AWAY_SECONDS / 60:.0f} minutes"
         if time.monotonic() - self._lost > AWAY_SECONDS:
@@ -175,7 +175,8 @@ class Dask(FliesOnProcessors):
                 f" ({error})"
             )
             return WorkersError(
-                f"{away}; what is done is stored, and the same command goes on"
+                f"{away}; finished trials are stored, and the same command resumes"
+                " the run"
             )
         return self._waiting(
             f"the connection to {self._where} is lost;"
@@ -190,7 +191,7 @@ class Dask(FliesOnProcessors):
 
 
 class _Posts(LimitKeeper):
-    """Keeper that gives each chunk its limits to take along."""
+    """Keeper that sends limits together with each chunk."""
 
     def __init__(self, limits: Limits) -> None:
         super().__init__()

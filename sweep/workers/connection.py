@@ -1,14 +1,15 @@
 """A connection to the scheduler of a dask cluster.
 
-It is made within a time limit, and never renewed without our knowing. dask itself has
-no time limit for the greeting, so a launch would wait for ever at a port where
-something else listens. And dask's client renews a cut connection, which has then lost
-its subscriptions. A connection here is one stream: when it is cut it is over, and the
-caller makes another to continue.
+The connection is made within a time limit, and is never renewed silently.
 
-Whoever reaches a scheduler can run code on its workers, and here: messages of dask are
-pickles. With `tls://` each side proves by a certificate that it belongs here; without,
-only the network keeps others away.
+- dask has no time limit for the greeting: if another program listens at the port, a
+  launch would wait forever.
+- dask's client renews a cut connection, and thereby loses its subscriptions. A
+  connection here is a single stream. After a cut, the caller makes a new connection.
+
+Anybody with access to a scheduler can run code on its workers, and here: messages of
+dask are pickles. With `tls://` each side proves by a certificate that it belongs to the
+cluster. Without `tls://`, only the network protects the cluster.
 """
 
 import asyncio
@@ -28,7 +29,7 @@ THREAD = "connection to a scheduler"
 
 
 class ConnectionImpossibleError(Exception):
-    """No connection can be made in this way, however often it is tried."""
+    """No connection can be made in this way, even after many attempts."""
 
 
 class Connection:
@@ -37,18 +38,18 @@ class Connection:
     Parameters
     ----------
     address : str or None
-        Where the scheduler answers.
+        Address of the scheduler.
     scheduler_file : str or None
         File in which the scheduler has written its address; needed without `address`.
     seconds : float
-        About how long to try.
+        Approximate time to try.
 
     Raises
     ------
     OSError
-        If no connection is made within that time: another attempt may succeed.
+        If there is no connection after that time: another attempt may succeed.
     ConnectionImpossibleError
-        If none can be made.
+        If no attempt can succeed.
     """
 
     def __init__(
@@ -64,23 +65,23 @@ class Connection:
         self._stream = self.client.scheduler_comm
 
     def alive(self) -> bool:
-        """Return whether the scheduler is there, as far as is known."""
+        """Return whether the scheduler is connected, as far as is known."""
         stream = self.client.scheduler_comm
         same = stream is self._stream and not stream.closed()
         return same and self.client.status == "running"
 
     def close(self) -> None:
-        """Close the connection; the scheduler then cancels what we asked of it."""
-        with suppress(Exception):  # a client may just be failing to connect anew
+        """Close the connection; the scheduler then cancels the tasks of this client."""
+        with suppress(Exception):  # a client may just be failing to connect again
             self.client.close(timeout=CLOSE_SECONDS)
         self.client.status = "closed"  # or it tried once more when it is collected
         self._loop.end()
 
 
 class _EventLoop:
-    """A thread with an event loop, which ends with all that is left in it.
+    """A thread with an event loop; all tasks in the loop end with the thread.
 
-    A loop that dask's client makes for itself stays for ever where connecting fails.
+    An event loop made by dask's client remains forever if connecting fails.
     """
 
     def __init__(self) -> None:
@@ -99,20 +100,21 @@ class _EventLoop:
         _close_streams()
 
     def do(self, work: "Coroutine[Any, Any, Any]") -> Any:
-        """Run a coroutine on the connection's loop, and return its result."""
+        """Run a coroutine on the connection's loop, and return the result."""
         return asyncio.run_coroutine_threadsafe(work, self._loop).result()
 
     def end(self) -> None:
-        """End the loop, whatever runs there."""
+        """End the loop and everything that runs there."""
         with suppress(RuntimeError):  # it has ended before
             self._loop.call_soon_threadsafe(self._over.set)
         self._thread.join(CLOSE_SECONDS)
 
 
 def _close_streams() -> None:
-    """Close the connections that were given up during the greeting: dask forgets them.
+    """Close connections that were given up during the greeting: dask forgets them.
 
-    It looks through the handlers of the loop for objects that can be closed.
+    The connections are found among the handlers of the loop, as objects that can be
+    closed.
     """
     from tornado.ioloop import IOLoop
 
@@ -128,7 +130,7 @@ async def _opened(
     from distributed import Client
     from distributed.comm.core import FatalCommClosedError
 
-    # dask reports a lost connection in many lines; we report it in one.
+    # dask reports a lost connection in many lines; boidsweep reports it in one.
     for name in ("distributed", "distributed.client"):
         logging.getLogger(name).setLevel(logging.CRITICAL)
     make: Any = Client
@@ -153,17 +155,17 @@ async def _opened(
 
 def _reason(error: BaseException) -> str:
     """Return an error of dask in one line."""
-    # dask may read words of another protocol as a length: this is no lack of memory.
+    # dask may read words of another protocol as a length: memory is not the cause.
     if isinstance(error, MemoryError):
-        return "something else than a scheduler of dask answers there"
+        return "the program that answers is not a dask scheduler"
     message = " ".join(str(error).split())
     cause = str(error.__cause__ or "")
-    why = cause.rpartition(">: ")[2]  # without the address of an object of dask's
-    return f"{message} ({why})" if why else message or "nothing answers"
+    why = cause.rpartition(">: ")[2]  # without the address of an object of dask
+    return f"{message} ({why})" if why else message or "no answer"
 
 
 def exposed(address: str) -> bool:
-    """Return whether messages to an address leave this machine as plain text."""
+    """Return whether messages to an address leave this machine unencrypted."""
     parts = urlsplit(address)
     if parts.scheme != "tcp" or parts.hostname is None:
         return False

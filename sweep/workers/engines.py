@@ -27,9 +27,9 @@ class EngineOptions(NamedTuple):
     Attributes
     ----------
     workers : int, default 0
-        Number of worker processes; 0 for as many as suit the engine.
+        Number of worker processes; 0 for the default number of the engine.
     address : str, optional
-        Where the scheduler of a cluster answers.
+        Address of the scheduler of a cluster.
     scheduler_file : Path, optional
         File in which the scheduler has written its address.
     """
@@ -45,10 +45,10 @@ class Engine(NamedTuple):
     Attributes
     ----------
     text : str
-        Where its workers are, in a few words.
+        Location of its workers, in a few words.
     make : callable
-        Returns the engine for the options. Raises WorkersError where they do not go
-        together, or where something is missing: before any work.
+        Returns the engine for the options. Raises WorkersError before any work if
+        options contradict each other, or if a requirement is missing.
     """
 
     text: str
@@ -69,7 +69,7 @@ def _cuda(options: EngineOptions) -> ExecutorFactory:
     if os.environ.get("CUDA_VISIBLE_DEVICES") == "":
         raise WorkersError(
             "--executor cuda: CUDA_VISIBLE_DEVICES is empty, which hides every GPU;"
-            " give it the number of one, as CUDA_VISIBLE_DEVICES=0, or unset it"
+            " set it to the number of a GPU (CUDA_VISIBLE_DEVICES=0), or unset it"
         )
     from sweep.workers.gpu import Cuda, gpu_problem, gpu_workers
 
@@ -113,7 +113,7 @@ def _dask(options: EngineOptions) -> ExecutorFactory:
 
 
 def _check_no_cluster(options: EngineOptions, way: str) -> None:
-    """Raise WorkersError where options are given that only a cluster has."""
+    """Raise WorkersError for options that only a cluster has."""
     for option, value in (
         ("--address", options.address),
         ("--scheduler-file", options.scheduler_file),

@@ -1,7 +1,7 @@
 """Engines that run jobs in this process, or in worker processes on this machine.
 
-An engine is an `ExecutorFactory`: its number of workers, `start` and `stop`, and the
-keeper of the limits of a job. `cluster.py` has another engine.
+An engine is an `ExecutorFactory`: the number of workers, `start` and `stop`, and a
+keeper of the limits of jobs. `cluster.py` has another engine.
 """
 
 import glob
@@ -32,9 +32,9 @@ P = ParamSpec("P")
 IDLE_SECONDS = 30.0
 UNNOTICED_SECONDS = 1.0
 SHARED_MEMORY = Path("/dev/shm")
-"""Folder in which Linux keeps semaphores with names."""
+"""Folder in which Linux stores named semaphores."""
 SEMAPHORE = "boidsweep"
-"""Part of the names of our semaphores."""
+"""Part of the names of boidsweep's semaphores."""
 PATIENCE_SECONDS = 5.0
 ONE_THREAD = {
     f"{library}_NUM_THREADS": "1"
@@ -43,23 +43,23 @@ ONE_THREAD = {
 
 
 class NotYetError(Exception):
-    """There is no executor now, but there may be one soon: ask again."""
+    """There is no executor now, but a later request may succeed."""
 
 
 class ConnectionLostError(BrokenExecutor):
-    """The fate of a chunk is not known, as the connection to its worker was cut.
+    """The outcome of a chunk is unknown: the connection to the worker was cut.
 
-    No job is to blame.
+    No job is the cause.
     """
 
 
 class WorkerDiedError(Exception):
-    """One chunk is lost, and no other: worker processes ended while they ran it.
+    """A single chunk is lost: worker processes ended while they ran the chunk.
 
     Attributes
     ----------
     times : int
-        Number of these processes, perhaps 0.
+        Number of processes that ended, perhaps 0.
     """
 
     def __init__(self, times: int, words: str) -> None:
@@ -68,17 +68,17 @@ class WorkerDiedError(Exception):
 
 
 class SpoiltWorkerError(Exception):
-    """One chunk is lost, and its worker cannot run another one.
+    """A single chunk is lost, and the worker cannot run another chunk.
 
-    The worker cannot tell which job was to blame: all workers are to be replaced. No
-    other chunk is to blame.
+    The worker cannot tell which job was the cause, so all workers must be replaced. No
+    job of another chunk is the cause.
     """
 
 
 class JobEndedError(Exception):
-    """One chunk is lost, and no other: one of its jobs was beyond a limit.
+    """A single chunk is lost: a job of the chunk exceeded a limit.
 
-    So its worker was ended; `verdict` tells about the job.
+    The worker was ended for this reason; `verdict` describes the job.
     """
 
     def __init__(self, verdict: "Overrun") -> None:
@@ -87,11 +87,11 @@ class JobEndedError(Exception):
 
 
 class ExecutorFactory(Protocol):
-    """An engine, as the drive loop uses it.
+    """Interface of an engine for the drive loop.
 
-    All methods may be called repeatedly. A future fails with a BrokenExecutor if its
-    executor and everything in flight are lost, and with any other error if only its
-    chunk is lost.
+    All methods may be called repeatedly. A future fails with a BrokenExecutor if the
+    executor and all submitted chunks are lost. If only one chunk is lost, its future
+    fails with a different error.
     """
 
     @property
@@ -99,37 +99,37 @@ class ExecutorFactory(Protocol):
         """Number of jobs that can run at once, now."""
 
     def start(self) -> Executor:
-        """Return the running executor, a new one if there is none.
+        """Return the running executor, or else a new one.
 
-        Raises NotYetError where there may be one soon.
+        Raises NotYetError if a later call may succeed.
         """
 
     def stop(self) -> None:
-        """End the executor at once, and return when its processes are gone.
+        """End the executor at once, and return after the end of all processes.
 
-        Running chunks end too, as far as they can be ended.
+        Running chunks end too, if the engine can end them.
         """
 
     def check(self) -> None:
-        """Break an executor that has not noticed that it is broken.
+        """Break an executor that is broken but has not noticed.
 
-        The drive loop calls this while nothing comes back.
+        The drive loop calls this while no result arrives.
         """
 
     def watch(self, limits: "Limits") -> "Watching":
-        """Return what keeps limits of jobs."""
+        """Return the keeper of the limits of jobs."""
 
     @property
     def flying(self) -> "Flying":
-        """Way in which its workers run trials; the drive loop does not use it."""
+        """Way in which the workers run trials; the drive loop ignores this property."""
 
 
 class FliesOnProcessors:
-    """An engine whose workers run trials on processors."""
+    """An engine that runs trials on processors."""
 
     @property
     def flying(self) -> "Flying":
-        """Way in which its workers run trials."""
+        """Way in which the workers run trials."""
         from sweep.workers.flying import OnProcessors
 
         return OnProcessors()
@@ -146,12 +146,15 @@ class _InProcess(Executor):
 
 @dataclass(frozen=True)
 class Serial(FliesOnProcessors):
-    """The engine of this process, for debugging and tests; a crashing job ends it."""
+    """The engine of this process, for debugging and tests.
+
+    A job that crashes ends this process.
+    """
 
     workers: int = 1
 
     def start(self) -> Executor:
-        """Return an executor that runs each job as it is submitted."""
+        """Return an executor that runs each job on submission."""
         return _InProcess()
 
     def stop(self) -> None:
@@ -161,7 +164,7 @@ class Serial(FliesOnProcessors):
         """Do nothing: no job can be lost within one process."""
 
     def watch(self, limits: "Limits") -> "Watching":  # noqa: ARG002
-        """Return a keeper without limits: none can be kept from within the process."""
+        """Return a keeper without limits: a process cannot limit its own jobs."""
         from sweep.workers.watch import LimitKeeper
 
         return LimitKeeper()
@@ -172,9 +175,9 @@ class Loky(FliesOnProcessors):
     """The engine of a pool of processes on this machine.
 
     Each process has one thread per numerical library. The pool stays warm for a later
-    drive with the same object; idle processes end by themselves after IDLE_SECONDS. On
-    Linux they also end with the thread that started them, elsewhere within a second
-    after the process that started them.
+    drive with this object; idle processes end after IDLE_SECONDS. On Linux a process
+    also ends with the thread that started the process. On further systems it ends
+    within a second after the starting process.
 
     Attributes
     ----------
@@ -190,7 +193,7 @@ class Loky(FliesOnProcessors):
     _missed: float | None = field(default=None, init=False, repr=False)
 
     def start(self) -> Executor:
-        """Return the running pool, a new one if there is none."""
+        """Return the running pool, or else a new one."""
         from joblib.externals.loky import ProcessPoolExecutor
 
         if self._pool is None:
@@ -198,8 +201,8 @@ class Loky(FliesOnProcessors):
             if sys.platform == "linux":
                 _own_semaphores()
             with safe_path(), _deaf_workers():
-                # A pool of our own: loky's shared one could be resized or shut down
-                # under us by any joblib user.
+                # A private pool: any joblib user in this process could resize or shut
+                # down the shared pool of loky.
                 pool = ProcessPoolExecutor(
                     max_workers=self.workers,
                     timeout=IDLE_SECONDS,
@@ -215,7 +218,7 @@ class Loky(FliesOnProcessors):
         return running
 
     def stop(self) -> None:
-        """End the pool at once; its processes are gone afterwards."""
+        """End the pool and all processes at once."""
         if self._pool is None:
             return
         try:
@@ -229,9 +232,9 @@ class Loky(FliesOnProcessors):
         self._pool = None
 
     def check(self) -> None:
-        """End a pool that waits for the rest of a result whose sender was killed.
+        """End a pool that waits for the rest of a result of a killed process.
 
-        Without this it would wait for ever.
+        Otherwise the pool would wait forever.
         """
         if self._pool is None or not self._pool.lacks_a_process():
             self._missed = None
@@ -241,14 +244,14 @@ class Loky(FliesOnProcessors):
             self._pool.end()
 
     def watch(self, limits: "Limits") -> "Watching":
-        """Return what keeps limits: a thread of this process ends its children."""
+        """Return a keeper of limits: a thread that ends child processes."""
         from sweep.workers.watch import LimitKeeper
 
         return LimitKeeper(limits, 2 * self.workers)
 
 
 class _Pool:
-    """A running loky pool, with the parts that outlive its own references to them."""
+    """A running loky pool, and parts that the pool itself drops at the end."""
 
     def __init__(self, pool: Any) -> None:
         self.pool = pool
@@ -257,13 +260,13 @@ class _Pool:
         self._writer = pool._result_queue._writer
 
     def lacks_a_process(self) -> bool:
-        """Return whether a process is dead that the pool believes to be alive."""
+        """Return whether a process is dead that the pool considers alive."""
         return any(
             process.exitcode is not None for process in list(self._processes.values())
         )
 
     def end(self) -> None:
-        """Kill the processes, and tell the pool's reader that nothing follows."""
+        """Kill the processes, and tell the pool's reader that no result follows."""
         for process in list(self._processes.values()):
             if process.exitcode is None:
                 end(process.pid)
@@ -275,7 +278,8 @@ class _Pool:
 def _deaf_workers() -> Iterator[None]:
     """Let processes that are started inside ignore the signals that stop a launch.
 
-    Where the system can do that, they ignore them from their first instruction on.
+    Where the system supports this, the signals are ignored from the first instruction
+    on.
     """
     with deaf() as so:
         if so:
@@ -287,10 +291,11 @@ def _deaf_workers() -> Iterator[None]:
 
 
 def _own_semaphores() -> None:
-    """Name semaphores by their process from now on, and remove those of dead processes.
+    """Include the process in names of semaphores, and remove those of dead processes.
 
-    loky's resource tracker removes semaphores when a process ends, however it ends; but
-    not where it is killed too, with a whole process group or container.
+    loky's resource tracker removes semaphores after the end of a process. If the
+    tracker is killed too, for example with a process group or container, semaphores
+    remain.
     """
     from joblib.externals.loky.backend.synchronize import SemLock
 

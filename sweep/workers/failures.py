@@ -1,4 +1,4 @@
-"""The failed trials of a study, and the number of them that its spec allows."""
+"""The failed trials of a study, and the number that its spec allows."""
 
 import logging
 from collections.abc import Iterable, Sequence
@@ -14,19 +14,19 @@ from sweep.trial import Result
 
 LOG = logging.getLogger("sweep")
 MOST_CAUSES = 5
-"""Most causes that a launch reports while it runs, and `sweep status` afterwards."""
+"""Maximum number of causes that a launch, and later `sweep status`, reports."""
 EACH_ONCE = (
-    "; other trials go on, and each cause is said once; on_error: stop in the spec ends"
-    " a launch at the first"
+    "; other trials continue, and each cause is reported once; on_error: stop in the"
+    " spec ends a launch at the first failed trial"
 )
 
 
 @dataclass
 class Failures:
-    """The failed trials of a study that a launch knows of.
+    """The failed trials of a study, as far as a launch knows.
 
-    Trials that earlier launches stored as failed, and this one does not run again,
-    count from the beginning: the allowed number is for the study, not for each launch.
+    Trials that earlier launches stored as failed, and that do not run again now, count
+    from the beginning: the allowed number is per study, not per launch.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class Failures:
     store : Store
         Store of the study.
     most : int
-        Number of trials that the study can have.
+        Maximum number of trials of the study.
     trials : set of str
         Ids of the failed trials.
     first : tuple of str or None
@@ -55,7 +55,7 @@ class Failures:
         self.trials.update(trials)
 
     def note(self, results: Iterable[Result]) -> None:
-        """Count the failed ones of these results, and report each cause once.
+        """Count the failed trials among some results, and report each cause once.
 
         A cause that ends the launch is reported by `check` instead.
         """
@@ -72,7 +72,7 @@ class Failures:
         Parameters
         ----------
         results : sequence of Result
-            Results of these trials; at least one.
+            Results of the failed trials; at least one.
         attempt : str
             The next attempt, such as ``2 of 3``.
         """
@@ -99,7 +99,7 @@ class Failures:
         return allowed is not None and len(self.trials) > allowed
 
     def check(self) -> None:
-        """Raise FailedTrialsError where more trials have failed than are allowed."""
+        """Raise FailedTrialsError if more trials have failed than are allowed."""
         if self.too_many():
             raise FailedTrialsError(self._sentence())
 
@@ -115,9 +115,9 @@ class Failures:
         return (
             f"{study.name}: {count:,} of {most}{so_many(self.most, 'trial')}"
             f" {'has' if count == 1 else 'have'} failed, {why}; the first: "
-            f'{in_a_line(error)} ("sweep replay {study.name} {trial}" shows it); what'
-            " is finished is stored, and the "
-            "same command with --retry runs the failed ones again"
+            f'{in_a_line(error)} ("sweep replay {study.name} {trial}" shows it);'
+            " finished trials are stored, and the same command with --retry runs the"
+            " failed trials again"
         )
 
     def _first_stored(self) -> tuple[str, str]:
@@ -131,9 +131,9 @@ class Failures:
 def in_a_line(error: str) -> str:
     """Return the line of an error that names its cause.
 
-    It is the line before a traceback, or else the last line.
+    This is the line before a traceback, or else the last line.
     """
     sentence, traced, _ = error.strip().partition("\n\nTraceback ")
     if traced and "\n" not in sentence:
         return sentence
-    return error.strip().splitlines()[-1] if error.strip() else "no word about why"
+    return error.strip().splitlines()[-1] if error.strip() else "no error message"

@@ -1,12 +1,15 @@
 """The fingerprint of a process: the code and libraries that results depend on.
 
-Both must be equal wherever the trials of a launch run. A process takes its fingerprint
-once, after it has imported the code that it runs. It has the versions, and a hash of
-every source file of `kernels`, of `sweep`, and of installed packages that offer
-entries. So after an edit of a file, the fingerprints of older and newer processes
-differ. A process that runs trials for another one compares both fingerprints. It
-refuses if something differs that it has imported itself, or that another package may
-still bring. A fingerprint travels as text, which any version of this module can read.
+Code and libraries must be equal wherever the trials of a launch run. A process takes
+its fingerprint once, after the import of the code that it runs. The fingerprint has the
+versions, and a hash of every source file of `kernels`, of `sweep`, and of installed
+packages that offer entries. So after an edit of a file, the fingerprints of older and
+newer processes differ.
+
+A process that runs trials for another process compares the two fingerprints. It rejects
+the trials if a difference concerns a file that it has imported, or a package that may
+be imported later. A fingerprint is sent as JSON, which any version of this module can
+read.
 """
 
 import hashlib
@@ -24,7 +27,7 @@ MOST_NAMED = 4
 
 @cache
 def fingerprint() -> str:
-    """Return this process's fingerprint, as JSON; it is computed once per process."""
+    """Return the fingerprint of this process, as JSON; computed once per process."""
     own = {"boidsweep": str(sys.modules["sweep"].__version__)}
     return json.dumps(json.loads(libraries()) | own | _sources())
 
@@ -33,8 +36,8 @@ def fingerprint() -> str:
 def libraries() -> str:
     """Return the versions of Python and of the libraries that results depend on.
 
-    They are JSON, and all that a fingerprint has besides the code, which the ids of
-    trials cover.
+    The JSON has all parts of a fingerprint except the code, which the ids of trials
+    cover.
     """
     versions = {"python": platform.python_version()}
     versions |= {
@@ -46,9 +49,10 @@ def libraries() -> str:
 
 
 def own_part() -> str:
-    """Return this process's fingerprint, of our source files only the imported ones.
+    """Return the part of the fingerprint that concerns this process.
 
-    All files of other packages stay: they are imported when a trial asks for them.
+    Of `kernels` and `sweep`, only imported source files count. All files of further
+    packages count, because trials may still import these files.
     """
     other_packages = tuple(f"{name}/" for name in _folders() if name not in PACKAGES)
     everything = json.loads(fingerprint())
@@ -64,17 +68,17 @@ def own_part() -> str:
 
 @lru_cache(maxsize=4)
 def refusal(expected: str) -> str:
-    """Return why this process must not run trials for another one; "" where it may.
+    """Return why this process must not run trials for another process; "" if it may.
 
-    The other process has the fingerprint `expected`.
+    The fingerprint of the sending process is `expected`.
     """
     return "" if fingerprint() == expected else differences(expected, own_part())
 
 
 def differences(ours: str, theirs: str) -> str:
-    """Return how the second fingerprint differs from the first, in words.
+    """Return the differences between two fingerprints, in words.
 
-    Of source files only those count that the second fingerprint has.
+    Of source files, only files in the second fingerprint count.
     """
     expected = json.loads(ours)
     actual = json.loads(theirs)
@@ -105,7 +109,7 @@ def _is_file(name: str) -> bool:
 def edited() -> str:
     """Return the source files that this process runs and that were edited, in words.
 
-    The words are "" where all files are as they were.
+    The string is "" if all files are unchanged.
     """
     then = json.loads(fingerprint())
     now = _sources()
@@ -115,9 +119,9 @@ def edited() -> str:
 
 
 def imported() -> set[str]:
-    """Return the source files of our code that this process has imported.
+    """Return the source files that this process has imported.
 
-    These are files of `kernels`, `sweep` and other packages with entries. Each path
+    The files belong to `kernels`, `sweep` and further packages with entries. Each path
     begins with the name of its package.
     """
     files = set()
@@ -157,5 +161,5 @@ def _named(folder: Path, path: Path) -> str:
 def _hash(path: Path) -> str:
     try:
         return hashlib.sha256(path.read_bytes()).hexdigest()[:12]
-    except OSError:  # an editor is just putting another in its place
+    except OSError:  # an editor is replacing the file right now
         return ""

@@ -1,7 +1,7 @@
 """Ways in which the workers of an engine run trials: on processors, or on a device.
 
-An engine hands jobs to workers and knows nothing of trials. This module decides what
-runs on processors, how many trials at once, and which trials cannot run there at all;
+An engine sends jobs to workers and has no knowledge of trials. This module decides
+which trials run on processors, how many at once, and which trials are impossible;
 `gpu.py` does so for a GPU.
 """
 
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 GRACE_SECONDS = 10.0
-"""Seconds beyond its time limit after which a trial is ended from outside.
+"""Seconds beyond the time limit after which a trial is ended from outside.
 
-A trial looks at the clock itself between kernel calls, unless it hangs in one.
+A trial reads the clock between kernel calls, unless it hangs in a kernel call.
 """
 
 
@@ -38,11 +38,11 @@ class NewTrials(NamedTuple):
     study : Study
     jobs : sequence of Job
     seconds : ndarray of float64, shape (number of jobs,)
-        Estimated seconds of each on a processor.
+        Estimated seconds of each job on a processor.
     workers : int
         Number of workers.
     folder : Path or None
-        Folder for checkpoints; None where there can be no checkpoints.
+        Folder for checkpoints; None if checkpoints are impossible.
     """
 
     study: Study
@@ -53,12 +53,12 @@ class NewTrials(NamedTuple):
 
 
 class Sent(NamedTuple):
-    """The function that is sent to workers with jobs, and how jobs are dealt.
+    """The function that is sent to workers with jobs, and the way of dealing jobs.
 
     Attributes
     ----------
     trial : callable
-        Runs a trial, or many trials by its method `several`.
+        Runs a trial, or many trials by the method `several`.
     deal : callable
         Makes a Dealing from the costs of jobs: longest first, or `in_order`.
     limits : Limits
@@ -78,7 +78,7 @@ class Flying(Protocol):
         """Description of the device for the origin of trials; None for a processor."""
 
     def check(self, study: Study, jobs: Sequence[Job]) -> None:
-        """Raise ChoiceError, with all reasons, where some jobs cannot run there.
+        """Raise ChoiceError, with all reasons, if some jobs cannot run there.
 
         Parameters
         ----------
@@ -88,21 +88,21 @@ class Flying(Protocol):
         """
 
     def refusal(self, job: Job, /) -> str:
-        """Return why a job cannot run there; "" where it can."""
+        """Return why a job cannot run there; "" if it can."""
 
     def prepare(self, job: Job, /) -> None:
-        """Do once what each worker would do otherwise, for jobs such as this one."""
+        """Do work once that each worker would repeat, for jobs such as this one."""
 
     def sent(self, new: NewTrials) -> Sent:
-        """Return what is sent with new trials."""
+        """Return the function that is sent with new trials, and its options."""
 
     def sent_again(self, jobs: Sequence[Job], /) -> Sent:
-        """Return what is sent with stored trials that run again."""
+        """Return the function that is sent with stored trials that run again."""
 
 
 @dataclass(frozen=True)
 class OnProcessors:
-    """Trials on processors: one per worker, or some in the lanes of its processor.
+    """Trials on processors: one per worker, or several in the lanes of a processor.
 
     Long trials write checkpoints.
     """
@@ -124,14 +124,14 @@ class OnProcessors:
         return ""
 
     def prepare(self, job: Job) -> None:
-        """Compile here once. Otherwise each worker would compile the same code."""
+        """Compile the kernels once here, so that workers need not."""
         warm(job)
 
     def sent(self, new: NewTrials) -> Sent:
-        """Return a function that runs new trials, together where that is faster.
+        """Return a function that runs new trials, in batches if batches are faster.
 
-        Trials that are long, or record their last states, resume from checkpoints and
-        from earlier trials. Trials with limits, or with last states, run alone.
+        Trials that are long, or record last states, resume from checkpoints and from
+        earlier trials. Trials with limits, or with last states, run alone.
         """
         study = new.study
         limit = study.time_limit
@@ -153,5 +153,5 @@ class OnProcessors:
         return Sent(trial, deal, limits)
 
     def sent_again(self, _jobs: Sequence[Job]) -> Sent:
-        """Return a function that runs trials alone, however they ran before."""
+        """Return a function that runs trials alone, also trials of earlier batches."""
         return Sent(run)

@@ -1,15 +1,17 @@
-"""The engine of a GPU: worker processes on this machine that share it.
+"""The engine of a GPU: worker processes on this machine that share the GPU.
 
-A worker prepares a batch of trials, has the GPU run it, and makes results of the values
-that come back. The first and the last are Python on a processor, and the GPU takes the
-batches of several processes in turn: so while it runs one batch, other workers prepare
-the next ones. A process whose use of the GPU has failed cannot use it any more. Then
-the workers are replaced, and the trials of its batch are tried again in two halves. The
-coordinator asks which GPU there is, and runs nothing on it.
+A worker prepares a batch of trials, sends the batch to the GPU, and makes results of
+the returned values. Preparation and results take Python on a processor, and the GPU
+runs the batches of several processes in turn. So while the GPU runs one batch, further
+workers prepare the next batches.
+
+After a failure of the GPU, a process cannot use the GPU any more. Then the workers are
+replaced, and the trials of the batch run again in two halves. The coordinator queries
+the GPU, but runs no trial there.
 
 A new pool runs one step of a trial before any batch is sent. So a GPU that does not
-answer, or a model that it cannot run, ends the launch with the reason; what is done is
-stored.
+answer, or a model that the GPU cannot run, ends the launch with the reason. Finished
+trials are stored.
 """
 
 from collections import Counter
@@ -29,18 +31,18 @@ from sweep.workers.flying import NewTrials, Sent
 
 LEAST_WORKERS = 2
 MOST_WORKERS = 16
-"""Bounds of the number of workers if it is not given.
+"""Bounds of the default number of workers.
 
-There is one per core, as to prepare trials takes processors. With fewer than two the
-GPU waits for them; and each holds memory of the GPU, some hundred megabytes before its
-first trial.
+The default is one worker per core, because the preparation of trials takes processors.
+With a single worker the GPU would idle. Each worker holds memory of the GPU, some
+hundred megabytes before its first trial.
 """
 MOST_BYTES = 2**28
-"""Most bytes of the results of a batch, which go from process to process as one."""
+"""Maximum size of the results of a batch, which are sent as one object."""
 MOST_LOOKED = 200
-"""Most trials of a study that are asked whether a GPU can run them.
+"""Maximum number of trials of a study that are checked for a GPU.
 
-Each is prepared for that, which takes some milliseconds.
+A check prepares the trial, which takes some milliseconds.
 """
 
 MEMORY = "memory_limit: the memory of one trial of a batch is not known"
@@ -52,7 +54,8 @@ class FliesSeveral(Protocol):
     def several(self, jobs: Sequence[Job]) -> list[Result]:
         """Return the results of jobs, in their order.
 
-        An error of the device is raised. An error of one trial is in its result.
+        An error of the device is raised. An error of one trial is in the result of that
+        trial.
         """
 
 
@@ -65,7 +68,7 @@ class InBatches:
     trials : FliesSeveral
         Runs trials on the device.
     first : Job
-        Job that runs where none is sent: so a new pool shows whether it answers.
+        Job that runs if no job is sent, as a test of a new pool.
     """
 
     trials: FliesSeveral
@@ -94,9 +97,9 @@ class OnDevice:
     Attributes
     ----------
     trials : FliesSeveral
-        Runs trials on the device; it is pickled.
+        Runs trials on the device; must allow pickling.
     refusal : callable
-        Returns why a trial cannot run there; "" where it can.
+        Returns why a trial cannot run there; "" if it can.
     at_once : int
         Largest number of trials of a batch.
     device : dict of str or None
@@ -115,7 +118,7 @@ class OnDevice:
         ----------
         study : Study
         jobs : sequence of Job
-            Jobs of the study. Of more than MOST_LOOKED, so many are looked at.
+            Jobs of the study. At most MOST_LOOKED jobs are checked.
         """
         looked = [jobs[index] for index in evenly(len(jobs), MOST_LOOKED)]
         counts = Counter[str]()
@@ -130,19 +133,19 @@ class OnDevice:
             reasons = [
                 why
                 if count == len(looked)
-                else f"{why} ({count:,} of {so_many(len(looked), 'trial')}, as those"
-                f" of point {first[why].point})"
+                else f"{why} ({count:,} of {so_many(len(looked), 'trial')}, for example"
+                f" at point {first[why].point})"
                 for why, count in counts.items()
             ]
             raise ChoiceError(
-                "\n  ".join(["trials cannot fly on a GPU:", *reasons]), study.name
+                "\n  ".join(["trials cannot run on a GPU:", *reasons]), study.name
             )
 
     def prepare(self, job: Job) -> None:
         """Do nothing: nothing is compiled for processors."""
 
     def sent(self, new: NewTrials) -> Sent:
-        """Return a function for batches, from step 0 on and without checkpoints."""
+        """Return a function for batches, from step 0 and without checkpoints."""
         return self._sent(new.jobs, new.jobs[int(new.seconds.argmax())])
 
     def sent_again(self, jobs: Sequence[Job]) -> Sent:
@@ -161,21 +164,21 @@ class OnDevice:
 
 @dataclass
 class Cuda(Loky):
-    """The engine of a GPU that CUDA knows, the first that this process sees.
+    """The engine of a GPU for CUDA: the first GPU that this process sees.
 
-    Its `workers` processes on this machine share the GPU.
+    The `workers` processes on this machine share the GPU.
     """
 
     @property
     def flying(self) -> OnDevice:
-        """Way in which its workers run trials: in batches on the GPU."""
+        """Way in which the workers run trials: in batches on the GPU."""
         from sweep.trial import MOST_ON_DEVICE, DeviceTrials, refusal_of
 
         return OnDevice(DeviceTrials(), refusal_of, MOST_ON_DEVICE, this_gpu())
 
 
 def gpu_problem() -> str:
-    """Return why this machine has no GPU that runs trials; "" where it has one."""
+    """Return why this machine has no GPU that runs trials; "" if there is a GPU."""
     from sweep.trial import problem
 
     return problem()
@@ -191,10 +194,10 @@ def gpu_workers(workers: int) -> int:
 
 @cache
 def this_gpu() -> dict[str, str]:
-    """Return the name of the GPU, the CUDA version of its driver, and more versions.
+    """Return the name of the GPU, the CUDA version of its driver, and library versions.
 
-    The others are versions of the libraries that compile for it. The results of a trial
-    that it ran may depend on all of them.
+    The libraries compile code for the GPU. The results of a trial on the GPU may depend
+    on all versions.
     """
     from sweep.trial import gpu
 

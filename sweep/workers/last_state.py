@@ -1,8 +1,9 @@
-"""The last state of a trial, from which a trial with more steps resumes.
+"""The final state of a trial, from which a trial with more steps resumes.
 
-Both trials are equal in all else, and bitwise identical up to there.
+The two trials differ only in the number of steps, and are bitwise identical up to the
+final state.
 
-    boidsweep checkpoint 2 8f3a02c1...   the format, and the seal of all that follows
+    boidsweep checkpoint 2 8f3a02c1...   the format, and the seal of the remaining file
     {"beginning": ..., "state_bytes": ...}   a header in JSON
     ...                                  the two files of a checkpoint: see
                                          `sweep.workers.checkpoint_file`
@@ -10,7 +11,7 @@ Both trials are equal in all else, and bitwise identical up to there.
 The coordinator finds the earlier trial by its id, which covers the code and all
 parameters but the steps (`sweep.store.last_states`). The worker then compares the
 libraries and the machine, as for a checkpoint, and how both trials begin: flock,
-scenery and random numbers must be bitwise identical. Where something differs the trial
+scenery and random numbers must be bitwise identical. If anything differs, the trial
 begins at step 0.
 """
 
@@ -37,26 +38,26 @@ from sweep.workers.fingerprint import differences, libraries
 LOG = logging.getLogger("sweep")
 
 MOST_BYTES = 2**30
-"""Most bytes of a last state. A cell of parquet can hold twice as many."""
+"""Maximum size of a final state in bytes. A cell of parquet can hold twice as much."""
 
 
 class Lasting:
-    """The simulation of a job that records its last state.
+    """The simulation of a job that records its final state.
 
     The simulation is at step 0, or at the step where the earlier trial has ended.
 
     Parameters
     ----------
     job : Job
-        Job, perhaps with the last state of an earlier trial.
+        Job, perhaps with the final state of an earlier trial.
     key : bytes
-        Key with which last states are sealed.
+        Key with which final states are sealed.
 
     Attributes
     ----------
     simulation : Simulation
     seconds : float
-        Wall seconds that the earlier trial took; 0 without one.
+        Wall seconds of the earlier trial; 0 without an earlier trial.
     """
 
     def __init__(self, job: Job, key: bytes) -> None:
@@ -68,7 +69,7 @@ class Lasting:
             return
         try:
             self.seconds = self._go_on_from(job.earlier)
-        except Exception as error:  # whatever is wrong with it, the trial is not
+        except Exception as error:  # a damaged state must not fail the trial
             _say_once(str(error))
             self.simulation = Simulation(job)
 
@@ -77,7 +78,7 @@ class Lasting:
         first_line, _, content = content.partition(b"\n")
         header = json.loads(first_line)
         if header.get("beginning") != self._beginning:
-            raise ValueError("is of a trial that begins in another way")
+            raise ValueError("belongs to a trial that begins in another way")
         simulation = self.simulation
         size = int(header["state_bytes"])
         saved = state_of(
@@ -93,7 +94,7 @@ class Lasting:
         return saved.seconds
 
     def last_state(self, result: Result, simulation: Simulation) -> bytes:
-        """Return the sealed last state of a trial.
+        """Return the sealed final state of a trial.
 
         Parameters
         ----------
@@ -105,7 +106,7 @@ class Lasting:
         Returns
         -------
         bytes
-            ``b""`` where the result is not done, or where the last state has more than
+            ``b""`` if the result is not done, or if the final state has more than
             MOST_BYTES.
         """
         if result.status != "done":
@@ -136,15 +137,14 @@ def frame_type_of(simulation: Simulation) -> FrameType:
 
 
 def _differing(code: str) -> str:
-    """Return how the libraries differ from those of a last state; "" if not at all."""
+    """Return how libraries differ from the libraries of a final state; "" if equal."""
     return differences(libraries(), code)
 
 
 @cache
 def _say_once(error: str) -> None:
     LOG.warning(
-        "the last state of an earlier trial %s; trials of which that is so begin at"
-        " step 0",
+        "the final state of an earlier trial %s; affected trials begin at step 0",
         error,
     )
 
@@ -152,7 +152,7 @@ def _say_once(error: str) -> None:
 @cache
 def _say_large(trial: str) -> None:
     LOG.warning(
-        "trial %s: its last state has more than %s bytes, and is not kept",
+        "trial %s: its final state has more than %s bytes, and is not stored",
         trial,
         f"{MOST_BYTES:,}",
     )

@@ -1,6 +1,6 @@
 """The tasks of a worker of a dask cluster.
 
-A worker tells its fingerprint, runs chunks, and lets their jobs be watched.
+A worker reports its fingerprint, runs chunks, and lets a warden watch the jobs.
 """
 
 import json
@@ -29,9 +29,9 @@ _wardens: list["subprocess.Popen[bytes]"] = []
 
 
 def introduce() -> str:
-    """Return the fingerprint of this worker and of the code that it has imported.
+    """Return the fingerprint of this worker, including all code that a trial needs.
 
-    It imports all code that a trial needs before.
+    The function imports this code first.
     """
     os.environ.update(ONE_THREAD)  # for libraries that are not loaded yet
     import sweep.trial.simulation  # noqa: F401
@@ -42,9 +42,9 @@ def introduce() -> str:
 def perform(task: bytes) -> bytes:
     """Run a pickled task, and return the pickled result of its function.
 
-    The result is a string with the reason if this worker differs from the fingerprint
-    that the sender expects. The function is unpacked only if the code is the same. The
-    scheduler is told that the task begins before it does.
+    If this worker differs from the fingerprint that the sender expects, the result is a
+    string with the reason. The function is unpacked only if the code is equal. The
+    worker tells the scheduler that the task begins before the function runs.
     """
     from distributed import get_worker
 
@@ -64,7 +64,7 @@ def perform(task: bytes) -> bytes:
 
 
 def _tell(worker: Any, topic: str, message: str) -> None:
-    """Send a message to listeners of `topic`; returns when the scheduler has it."""
+    """Send a message to listeners of `topic`; return when the scheduler has it."""
     from distributed.utils import sync
 
     sync(worker.loop, worker.scheduler.log_event, topic=topic, msg=message)
@@ -76,7 +76,7 @@ class Post(NamedTuple):
     limits: Limits
 
     def noting(self, jobs: Sequence[J]) -> Iterator[J]:
-        """Yield the jobs of a chunk; the warden knows each while it is in use."""
+        """Yield the jobs of a chunk, and first report each job to the warden."""
         task = _task.names | {"limits": self.limits}
         try:
             for position, job in enumerate(jobs):

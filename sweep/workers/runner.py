@@ -1,22 +1,28 @@
 """The drive loop over `concurrent.futures.Executor`: jobs go in, results come out.
 
-No result is lost, and none comes twice.
+No result is lost, and no result comes twice.
 
-The loop does not know what a job is. It sends chunks of about a second of work, the
-longest jobs first or all in their order. It keeps a bounded number of them in flight,
-and yields the results of a chunk as soon as they are back.
+The loop has no knowledge of the content of a job. It sends chunks of about a second of
+work, the longest jobs first or all in order. The loop limits the number of submitted
+chunks, and yields the results of a chunk on arrival.
 
-A pool breaks when a worker process dies. Then all jobs in flight are suspects. Each
-suspect runs alone, with nothing else in flight. So a job that kills its worker convicts
-itself, and all others are delivered. On a cluster only a chunk is lost, and its pool
-goes on: the jobs of the chunk are sent one by one among all others, and a job that is
-lost again and again convicts itself. There are no suspects if a worker was ended
-because its job is beyond a limit (`watch.py`), because that job is known; and none if a
-connection was cut. If a worker says that it is spoilt, its chunk is known, and all
-workers are replaced: the others' chunks are sent again as they were.
+A pool breaks when a worker process dies. Then all submitted jobs are suspects. Each
+suspect runs alone, with no further job submitted. So a job that kills its worker is
+identified, and all other results are delivered.
 
-The order of the results depends on timing; no caller may rely on it. Each chunk carries
-the fingerprint of this process: a worker with other code or other libraries refuses it.
+On a cluster only one chunk is lost, and the pool continues. The jobs of the chunk are
+sent one by one among all remaining jobs, and a job that is lost repeatedly fails.
+
+There are no suspects in three cases:
+
+- A worker was ended because a job exceeded a limit (`watch.py`): that job is known.
+- A connection was cut: no job is the cause.
+- A worker reports that it is spoilt: its chunk is known. All workers are replaced, and
+  the chunks of the remaining workers are sent again.
+
+The order of the results depends on timing; no caller may rely on the order. Each chunk
+carries the fingerprint of this process: a worker with different code or libraries
+rejects the chunk.
 """
 
 import time
@@ -66,44 +72,45 @@ def drive(
     ended: Callable[[], bool] = lambda: False,
     goes_on: Callable[[int, R], bool] = lambda _index, _result: False,
 ) -> Iterator[list[R]]:
-    """Run every job once, and yield the results chunk by chunk as they come back.
+    """Run every job once, and yield the results chunk by chunk on arrival.
 
-    The worker of a job beyond a limit is ended. Jobs that are lost with it run again.
-    If a job took too much memory, it runs again alone, and fails if it does so once
-    more.
+    The worker of a job beyond a limit is ended. Jobs that are lost with the worker run
+    again. If a job took too much memory, the job runs again alone, and fails if the
+    memory is exceeded again.
 
-    Ctrl-C is held back while the loop is in use, so that it cannot interrupt what the
-    caller does with results. The workers are ended, finished results are yielded, then
+    Ctrl-C is held back while the loop is in use, so that the caller can process results
+    without interruption. The workers are ended, finished results are yielded, then
     KeyboardInterrupt is raised. A second Ctrl-C is raised at once. SIGTERM and SIGHUP
-    count as Ctrl-C where `interrupts.py` has made them so. Closing the iterator early
+    count as Ctrl-C where `interrupts.py` has set this up. Closing the iterator early
     also ends the workers.
 
     Parameters
     ----------
     jobs : sequence
-        Jobs to run; each is pickled.
+        Jobs to run; each must allow pickling.
     run : callable
-        Runs one job in a worker; it is pickled.
+        Runs one job in a worker; must allow pickling.
     executor : ExecutorFactory
         Maker of the pool of workers.
     costs : callable
-        Estimates the seconds of each job. Measured times correct the estimates, so only
-        their ratios matter much.
+        Estimates the seconds of each job. Measured times correct the estimates, so
+        mainly the ratios matter.
     failed : callable
-        Makes the result of a job that raised, from the job and its traceback; also of a
-        job that ended its worker MAX_ATTEMPTS times while it ran alone.
+        Makes the result of a job that raised an error, from the job and the traceback.
+        It also makes the result of a job that ended its worker MAX_ATTEMPTS times while
+        running alone.
     overdue : callable, optional
         Makes the result of a job that took too long; by default `failed`.
     limits : Limits, default NO_LIMITS
-        Limits of each job, as far as the engine can keep them.
+        Limits of each job, as far as the engine can enforce limits.
     deal : callable, default Chunks
         Divides jobs with such costs among workers.
     ended : callable, optional
-        Called again and again. When it returns True, the workers are ended, and only
+        Called repeatedly. After a return value of True, the workers are ended, and only
         finished results are yielded.
     goes_on : callable, optional
-        Called with each result and the index of its job. When it returns True, another
-        job has taken the place of that job, and runs soon.
+        Called with each result and the index of its job. After a return value of True,
+        another job has replaced the job at this index, and runs soon.
 
     Yields
     ------
@@ -113,8 +120,8 @@ def drive(
     Raises
     ------
     WorkersError
-        If no worker can be given a job, or if a worker has other code than this
-        process. Finished results are yielded before.
+        If no worker can run a job, or if a worker has different code from this process.
+        Finished results are yielded before.
     KeyboardInterrupt
         After Ctrl-C.
     """
@@ -157,9 +164,9 @@ class _Chunk(NamedTuple):
 
 @dataclass
 class _DriveLoop(Generic[J, R]):
-    """The jobs in flight, and the suspects.
+    """The submitted jobs, and the suspects.
 
-    A suspect stays queued until its own run alone is decided.
+    A suspect stays queued until its run alone has ended.
     """
 
     jobs: Sequence[J]
@@ -179,7 +186,7 @@ class _DriveLoop(Generic[J, R]):
     attempts: Counter[int] = field(default_factory=Counter)
 
     def refill(self) -> bool:
-        """Submit the jobs that may run now; False when nothing is left to do."""
+        """Submit the jobs that may run now; return False when no job is left."""
         if not (self.in_flight or self.suspects or self.again or self.chunks.left):
             return False
         if self.pool is None and not self._start():
@@ -200,11 +207,11 @@ class _DriveLoop(Generic[J, R]):
         return True
 
     def finished(self) -> Iterator[list[R]]:
-        """Yield the results of the chunks that are back.
+        """Yield the results of returned chunks.
 
-        It waits at most POLL_SECONDS for the first of them.
+        The method waits at most POLL_SECONDS for a first chunk.
         """
-        # Other futures went with an earlier pool.
+        # Futures of an earlier pool are ignored.
         done = [future for future in self._arrived() if future in self.in_flight]
         if not done:
             self.executor.check()
@@ -220,14 +227,14 @@ class _DriveLoop(Generic[J, R]):
             if error is None:
                 results = self._results(chunk, future)
             elif spoilt and not isinstance(error, SpoiltWorkerError):
-                results = self._innocent(chunk)  # we have ended their workers
+                results = self._innocent(chunk)  # this loop has ended its worker
             else:
                 results = self._judged(chunk, error, verdict)
             if results:
                 yield results
 
     def salvaged(self) -> Iterator[list[R]]:
-        """Yield the results of chunks that were back when the executor was stopped."""
+        """Yield the results of chunks that returned before the executor stopped."""
         for future, chunk in self.in_flight.items():
             if (
                 future.done()
@@ -248,9 +255,9 @@ class _DriveLoop(Generic[J, R]):
             return arrived
 
     def _start(self) -> bool:
-        """Start a pool, and return whether there is one now.
+        """Start a pool, and return whether there is a pool now.
 
-        When the pool is new, nothing is in flight.
+        When the pool is new, no chunk is submitted.
         """
         self.pool = _started(self.executor, self.run, self.interrupt)
         self.watch.ended = False
@@ -294,7 +301,7 @@ class _DriveLoop(Generic[J, R]):
         return results
 
     def _go_on(self, indices: list[int], results: list[R]) -> None:
-        """Queue the jobs that have taken the place of others, in the same chunk."""
+        """Queue jobs that have replaced finished jobs, in the same chunk."""
         pairs = zip(indices, results, strict=True)
         going = [index for index, result in pairs if self.goes_on(index, result)]
         for index in going:
@@ -305,7 +312,7 @@ class _DriveLoop(Generic[J, R]):
     def _judged(
         self, chunk: _Chunk, error: BaseException, verdict: Overrun | None
     ) -> list[R]:
-        """Return the certain results of a lost chunk; its other jobs run again."""
+        """Return the certain results of a lost chunk; its remaining jobs run again."""
         if verdict is not None:
             return self._ended(chunk, verdict, others_go_on=False)
         if isinstance(error, JobEndedError):
@@ -328,7 +335,7 @@ class _DriveLoop(Generic[J, R]):
         return []
 
     def _tried(self, chunk: _Chunk, error: BaseException) -> list[R]:
-        """Return the result of a job that was lost MAX_ATTEMPTS times in its own chunk.
+        """Return the failed result of a job that was lost MAX_ATTEMPTS times alone.
 
         A job that was lost fewer times runs again.
         """
@@ -341,9 +348,9 @@ class _DriveLoop(Generic[J, R]):
         return [self.failed(self.jobs[index], _verdict(error, self.attempts[index]))]
 
     def _ended(self, chunk: _Chunk, verdict: Overrun, *, others_go_on: bool) -> list[R]:
-        """Return the result of the job that was beyond a limit.
+        """Return the result of the job that exceeded a limit.
 
-        There is no result where earlier jobs of the worker may have filled the memory:
+        There is no result if earlier jobs of the worker may have filled the memory:
         then the job runs again.
         """
         if chunk.alone:
@@ -378,9 +385,9 @@ class _DriveLoop(Generic[J, R]):
 def _started(
     executor: ExecutorFactory, run: Callable[[J], R], interrupt: HeldInterrupt
 ) -> Executor | None:
-    """Return a pool that has answered once; None while there is none.
+    """Return a pool that has answered once; None if there is no pool yet.
 
-    Without this check, workers that cannot start would convict every job.
+    Without this check, all jobs would fail if workers cannot start.
     """
     failure: Exception | None = None
     for _ in range(MAX_ATTEMPTS):
@@ -418,10 +425,10 @@ def _error(future: Future[T]) -> BaseException | None:
 
 
 def _refused(differences: str) -> str:
-    changed = "the code or its libraries are not what they were when this launch began"
+    changed = "the code or its libraries have changed since this launch began"
     return (
-        f"{changed}: {differences}; what is done is stored:"
-        " launch again to go on with what is there now"
+        f"{changed}: {differences}; finished trials are stored:"
+        " launch again to resume with the present code"
     )
 
 

@@ -1,9 +1,9 @@
-"""Our tasks on a dask cluster, over one connection, and what is known of its workers.
+"""The tasks of this process on a dask cluster, over one connection, and the workers.
 
-A worker that dies loses about two tasks: the one that it ran and the next. Dask gives
-both to other workers, and after some deaths it gives both up, but only the first can be
-to blame. So each chunk tells the scheduler that it begins before it does, and only
-deaths after that count against a job.
+A worker that dies loses about two tasks: the running task and the next task. Dask gives
+the two tasks to further workers, and gives up after some deaths, but only the running
+task can be the cause. So each chunk tells the scheduler when it begins, and only later
+deaths count against a job.
 """
 
 import asyncio
@@ -35,7 +35,7 @@ LOST = "the connection to the cluster is lost"
 
 
 class Tasks(Executor):
-    """An executor of our tasks on a cluster, with knowledge of its workers."""
+    """An executor of tasks on a cluster, with knowledge of the workers."""
 
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
@@ -52,17 +52,17 @@ class Tasks(Executor):
     def submit(
         self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs
     ) -> Future[T]:
-        """Send a task, and return its future.
+        """Send a task, and return a future.
 
-        Where the connection is lost, this raises ConnectionLostError, and the future
-        fails with it. The future fails with WorkerDiedError where dask gives it up.
+        If the connection is lost, the method raises ConnectionLostError, and so does
+        the future. The future raises WorkerDiedError if dask gives up the task.
 
         Parameters
         ----------
         fn : callable
-            Function of the task; it is pickled.
+            Function of the task; must allow pickling.
         *args, **kwargs
-            Its arguments.
+            Arguments of the function.
         """
         from distributed.protocol.pickle import dumps
 
@@ -93,7 +93,7 @@ class Tasks(Executor):
             )
 
     async def _deliver(self, name: str, sent: Any) -> None:
-        """Hand a task's outcome to its future; runs in the client's thread."""
+        """Set the outcome of a task in its future; runs in the thread of the client."""
         result: object = None
         failure: Exception | None = None
         try:
@@ -108,7 +108,7 @@ class Tasks(Executor):
         self._settle(name, result, failure)
 
     def _failure(self, name: str, sent: Any, error: Exception) -> Exception:
-        """Return the error of a task: its own, or else an error of the connection."""
+        """Return the error of a task, or else an error of the connection."""
         from distributed.comm.core import CommClosedError
 
         if type(error).__name__ == "KilledWorker":
@@ -119,7 +119,7 @@ class Tasks(Executor):
             or not self.connected()
         ):
             return ConnectionLostError(str(error))
-        self._checked.clear()  # a worker without our code raises anything
+        self._checked.clear()  # a worker without this code may raise any error
         return error
 
     def _settle(self, name: str, result: object, failure: Exception | None) -> None:
@@ -134,15 +134,15 @@ class Tasks(Executor):
                 future.set_exception(failure)
 
     def connected(self) -> bool:
-        """Return whether the scheduler is there, as far as is known."""
+        """Return whether the scheduler is connected, as far as is known."""
         return self._connection.alive()
 
     def threads(self) -> int:
         """Return the number of threads of all workers, known at most ASK_SECONDS ago.
 
-        Raises WorkersError for a worker that cannot run our trials. New workers are
-        asked for their fingerprint only if something went wrong that other code may
-        explain; otherwise a worker tells it when it gets a task.
+        Raises WorkersError for a worker that cannot run the trials. New workers are
+        asked for fingerprints only after an error that different code may explain;
+        otherwise a worker reports its fingerprint with its first task.
         """
         if time.monotonic() - self._asked_at > ASK_SECONDS:
             with suppress(OSError):
@@ -152,13 +152,13 @@ class Tasks(Executor):
     def ask_workers(self, *, everyone: bool) -> None:
         """Find the present workers, and check that each has one thread.
 
-        Raises OSError where the scheduler does not answer, WorkersError for a worker
-        that cannot run our trials.
+        Raises OSError if the scheduler does not answer, and WorkersError for a worker
+        that cannot run the trials.
 
         Parameters
         ----------
         everyone : bool
-            Whether to ask all new workers for their fingerprints.
+            Whether to ask all new workers for fingerprints.
         """
         self._asked_at = time.monotonic()
         scheduler = self._client.scheduler
@@ -174,7 +174,7 @@ class Tasks(Executor):
         ]
         if several:
             raise WorkersError(
-                "a worker must have one thread, as trials hold Python's lock:"
+                "a worker must have one thread, because trials hold Python's lock:"
                 f' {_some(several)}; start workers with "--nworkers N --nthreads 1"'
             )
         unknown = self._threads.keys() - self._checked
@@ -190,7 +190,7 @@ class Tasks(Executor):
         try:
             answers = self._client.sync(answering, callback_timeout=INTRODUCE_SECONDS)
         except TimeoutError:
-            # A worker is slow, or hangs: it tells its fingerprint when it gets a task.
+            # A slow or hanging worker reports its fingerprint with its first task.
             return
         foreign = []
         for address, answer in answers.items():
@@ -212,7 +212,7 @@ class Tasks(Executor):
             )
 
     def end(self) -> None:
-        """Close the connection, which cancels our tasks: those in flight are lost."""
+        """Close the connection, which cancels unfinished tasks."""
         self._connection.close()
         for name in list(self._futures):
             self._settle(name, None, ConnectionLostError("cancelled"))

@@ -1,11 +1,15 @@
-"""A small process next to a worker of a dask cluster, which keeps the limits of jobs.
+"""A small process next to a worker of a dask cluster, which enforces limits of jobs.
 
-A thread of the worker could not do this, as a job may hang and hold Python's lock. The
-worker writes a line to the warden for each job that it begins. The warden looks at the
-job many times a second. When the job is beyond a limit, it freezes the worker, tells
-the scheduler, so that whoever sent the chunk can take it back, and kills the worker.
-dask's nanny, if there is one, starts another. The warden ends with the worker, whose
-end closes the pipe.
+A thread of the worker could not do this, because a job may hang and hold Python's lock.
+The worker writes a line to the warden for each job that begins. The warden checks the
+job many times per second. If the job exceeds a limit, the warden
+
+- freezes the worker,
+- tells the scheduler, so that the sender of the chunk can take the chunk back,
+- kills the worker.
+
+If there is a nanny of dask, the nanny starts another worker. The warden ends with the
+worker, because the pipe is closed.
 """
 
 import asyncio
@@ -27,9 +31,9 @@ REPORT_SECONDS = 30.0
 
 
 def main(process: int, scheduler: str) -> None:
-    """Watch the jobs of the worker `process`, which it writes to our input.
+    """Watch the jobs that the worker `process` writes to the standard input.
 
-    A job beyond a limit is reported to the scheduler at that address.
+    A job beyond a limit is reported to the scheduler.
     """
     import psutil
 
@@ -38,7 +42,7 @@ def main(process: int, scheduler: str) -> None:
     lines = SimpleQueue[bytes]()
     threading.Thread(target=_read, args=(lines,), daemon=True).start()
     while True:
-        # Not by `select`, which knows no pipes on Windows.
+        # Not by `select`, which does not support pipes on Windows.
         with suppress(Empty):
             line = lines.get(timeout=None if job is None else WATCH_SECONDS)
             if not line:
@@ -51,20 +55,20 @@ def main(process: int, scheduler: str) -> None:
 
 
 def _read(lines: SimpleQueue[bytes]) -> None:
-    """Hand on every line of our input; the empty one is its end."""
+    """Hand on every line of the standard input; an empty line is the end."""
     while line := sys.stdin.buffer.readline():
         lines.put(line)
     lines.put(b"")
 
 
 def _judge(worker: "psutil.Process", job: dict[str, Any], scheduler: str) -> None:
-    """End the worker if its job is beyond a limit."""
+    """End the worker if the job exceeds a limit."""
     late, error = beyond(
         Limits(*job["limits"]), time.monotonic() - job["since"], worker
     )
     if error:
         worker.suspend()
-        # If the scheduler is away, the job is tried again and convicted in the end.
+        # If the scheduler is away, the job is tried again and fails in the end.
         with suppress(OSError):
             asyncio.run(
                 _report(

@@ -1,13 +1,13 @@
-"""Limits of a job, kept from outside.
+"""Limits of a job, enforced from outside.
 
 A worker is ended if its job takes too long or too much memory.
 
 Only another process can stop a job that hangs within one call, or that fills the
-memory. So each worker notes on a board which job of its chunk it runs, and since when.
-The board is a small file that worker and coordinator map into memory. A thread of the
-coordinator reads the board many times a second and kills the worker of a job beyond its
-limit. The drive loop decides about that job, and about the others that were lost with
-its worker.
+memory. So each worker notes on a board which job of its chunk runs, and since when. The
+board is a small file that worker and coordinator map into memory. A thread of the
+coordinator reads the board many times per second and kills the worker of a job beyond a
+limit. The drive loop decides about that job, and about further jobs that were lost with
+the worker.
 """
 
 import mmap
@@ -43,8 +43,8 @@ class Limits(NamedTuple):
     deadline : float or None
         Wall seconds that a job may take.
     memory : int or None
-        Resident bytes that its worker may hold while it runs. They include the bytes of
-        the interpreter and its libraries, about 200 MB.
+        Resident bytes of the worker during the job. The interpreter and its libraries
+        take about 200 MB of this memory.
     """
 
     deadline: float | None = None
@@ -59,9 +59,9 @@ class Overrun(NamedTuple):
     position : int
         Position of the job in its chunk, from 0 on.
     late : bool
-        Whether it took too long; otherwise it took too much memory.
+        Whether the job took too long; otherwise it took too much memory.
     error : str
-        The limit, in words.
+        Description of the exceeded limit.
     """
 
     position: int
@@ -73,20 +73,20 @@ NO_LIMITS = Limits()
 
 
 class JobNote(Protocol):
-    """A companion of a chunk, by which its current job is known outside its worker."""
+    """Companion of a chunk that makes the current job known outside the worker."""
 
     def noting(self, jobs: Sequence[J]) -> Iterator[J]:
-        """Yield the jobs of a chunk, and note each while it is in use."""
+        """Yield the jobs of a chunk, and note the current job."""
 
 
 class Watching(Protocol):
-    """A keeper of limits of jobs, while it is entered.
+    """A keeper of limits of jobs, as a context manager.
 
-    Each chunk in flight may have a seat.
+    Each submitted chunk may have a seat.
     """
 
     ended: bool
-    """True once a worker, and its pool with it, was ended; the caller resets it."""
+    """True after a worker, and its pool, was ended; the caller resets the value."""
 
     def __enter__(self) -> "Watching": ...
 
@@ -98,20 +98,20 @@ class Watching(Protocol):
     ) -> None: ...
 
     def take(self) -> JobNote | None:
-        """Return a seat for a chunk to be sent, if there is one."""
+        """Return a seat for a chunk to be sent, if a seat is free."""
 
     def leave(self, note: JobNote | None) -> Overrun | None:
-        """Free the seat of a finished chunk, and return the verdict on a job of it."""
+        """Free the seat of a finished chunk, and return the verdict on one job."""
 
 
 class Seat(NamedTuple):
-    """The place of a chunk on the board, for the worker that runs it."""
+    """The seat of a chunk on the board, for the worker that runs the chunk."""
 
     path: str
     number: int
 
     def noting(self, jobs: Sequence[J]) -> Iterator[J]:
-        """Yield the jobs of a chunk, each noted on the board while it is in use."""
+        """Yield the jobs of a chunk, and note the current job on the board."""
         notes = board(self.path)
         first = NOTES * self.number
         notes[first + PROCESS] = float(os.getpid())
@@ -126,22 +126,23 @@ class Seat(NamedTuple):
 
 
 class LimitKeeper:
-    """Context manager that keeps limits of jobs.
+    """Context manager that enforces limits of jobs.
 
-    Only child processes of this one are ended. So jobs in this process, or on other
-    machines, have no limit. To enter it may raise WorkersError.
+    Only child processes of this process are ended. So jobs in this process, or on
+    further machines, have no limit. Entering may raise WorkersError.
 
     Parameters
     ----------
     limits : Limits, default NO_LIMITS
     seats : int, default 0
-        Number of chunks that may have limits at a time.
+        Maximum number of simultaneous chunks with limits.
     """
 
     def __init__(self, limits: Limits = NO_LIMITS, seats: int = 0) -> None:
         self.limits = limits
         self.ended = False
-        """True once a worker was ended; the caller resets it for new workers."""
+        """True after a worker was ended; the caller resets the value for new workers.
+        """
         self._free = list(range(seats))
         self._verdicts: dict[int, Overrun | None] = {}
         self._lock = threading.Lock()
@@ -178,7 +179,7 @@ class LimitKeeper:
                 self._file.unlink()
 
     def take(self) -> JobNote | None:
-        """Return a seat for a chunk; None without limits, or if all are taken."""
+        """Return a seat for a chunk; None without limits, or without a free seat."""
         if self.limits == NO_LIMITS or not self._free:
             return None
         with self._lock:
@@ -188,7 +189,7 @@ class LimitKeeper:
         return Seat(str(self._file), number)
 
     def leave(self, note: JobNote | None) -> Overrun | None:
-        """Free the seat of a finished chunk, and return the verdict on a job of it."""
+        """Free the seat of a finished chunk, and return the verdict on one job."""
         if not isinstance(note, Seat):
             return None
         with self._lock:
@@ -203,7 +204,7 @@ class LimitKeeper:
                         self._verdicts[number] = self._judge_seat(number)
 
     def _judge_seat(self, number: int) -> Overrun | None:
-        """End the worker at a seat if its job is beyond a limit."""
+        """End the worker at a seat if its job exceeds a limit."""
         import psutil
 
         first = NOTES * number
@@ -221,7 +222,7 @@ class LimitKeeper:
                 return None
             self.ended = True
             worker.kill()
-        except psutil.Error:  # it has ended by itself
+        except psutil.Error:  # the worker has ended by itself
             return None
         return Overrun(int(position), late, error)
 
@@ -229,7 +230,7 @@ class LimitKeeper:
 def beyond(
     limits: Limits, seconds: float, worker: "psutil.Process"
 ) -> tuple[bool, str]:
-    """Return whether a job is late, and the limit that it is beyond.
+    """Return whether a job is late, and the limit that the job exceeds.
 
     Parameters
     ----------
@@ -243,7 +244,7 @@ def beyond(
     -------
     late : bool
     error : str
-        The limit, in words; "" for a job within its limits.
+        Description of the exceeded limit; "" for a job within its limits.
     """
     if limits.deadline is not None and seconds > limits.deadline:
         return True, f"did not return within {limits.deadline:g} s, and was ended"
@@ -262,7 +263,7 @@ def beyond(
 def board(path: str) -> "memoryview[float]":
     """Return the board: `since`, `position` and `process` of every seat.
 
-    Each number has 8 bytes, which are written at once.
+    Each number has 8 bytes, which are written in one operation.
     """
     descriptor = os.open(path, os.O_RDWR)
     try:

@@ -33,9 +33,9 @@ class Failure:
 
 
 Outcomes = tuple[list[R | Failure], float] | str
-"""The outcome of each job of a chunk, and the wall seconds of all together.
+"""The outcome of each job of a chunk, and the wall seconds of all jobs together.
 
-Or one sentence: why the worker refuses the chunk.
+If the worker rejects the chunk, a sentence with the reason.
 """
 
 
@@ -47,13 +47,14 @@ def run_chunk(
     Parameters
     ----------
     run : callable
-        Runs one job; it may have a method `several` that takes all jobs.
+        Runs one job; may have a method `several` that takes all jobs.
     jobs : sequence
         Jobs of the chunk.
     seat : JobNote or None
         Notes which job runs; None without limits. With limits, jobs run one by one.
     expected : str
-        Fingerprint of the coordinator. A worker with another fingerprint refuses.
+        Fingerprint of the coordinator. A worker with another fingerprint rejects the
+        chunk.
     """
     if refusal := fingerprint.refusal(expected):
         return refusal
@@ -72,14 +73,14 @@ def run_chunk(
 
 
 def compile_ahead(jobs: Sequence[object], together: bool = False) -> None:
-    """Compile the code of trials before the clock of a trial runs.
+    """Compile the code of trials before the time of a trial counts.
 
     Parameters
     ----------
     jobs : sequence
-        Jobs of a chunk; those that are no trials are left out.
+        Jobs of a chunk; jobs that are not trials are ignored.
     together : bool, default False
-        Whether to compile code of trials that run together, too.
+        Whether to compile the code of batches of trials, too.
     """
     from sweep.design import Job
     from sweep.trial import first_group, warm, warm_together

@@ -88,7 +88,7 @@ def test_crossings_of_all_pairs_of_sizes_are_one_family(seed: int) -> None:
     curves = continuous(seed)
     assert binder_crossings(curves)
     assert transition_order(curves) == TransitionOrder(
-        "not decided", "no cumulants cross, all pairs of sizes together"
+        "not decided", "no cumulants cross, simultaneously for all pairs of sizes"
     )
 
 

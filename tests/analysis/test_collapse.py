@@ -66,4 +66,4 @@ def test_what_cannot_be_collapsed_says_why() -> None:
     ]
     assert collapse(level, resamples=10).why == OPEN
     equal = [collapsing(n, NOISES, 6, rng, noise=0.0) for n in COLLAPSING]
-    assert collapse(equal).why == "all trials of a point agree"
+    assert collapse(equal).why == "all trials of a point have equal order"

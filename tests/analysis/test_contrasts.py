@@ -150,7 +150,7 @@ def test_a_trial_without_a_result_takes_its_partner_along_and_is_counted() -> No
 def test_several_points_need_a_unit() -> None:
     study = Tables()
     with pytest.raises(
-        ValueError, match='2 points are left on one side: "unit" must say'
+        ValueError, match='2 points are left on one side; "unit" must name'
     ):
         contrast(study, "speed", a={"weight": 0.5}, b={"weight": 2.0})
     differences = np.array(
@@ -163,7 +163,7 @@ def test_several_points_need_a_unit() -> None:
         sides: dict[str, Any] = {"a": {"weight": 0.5}, "b": {"weight": 2.0}}
         found = contrast(study, "speed", **sides, unit=unit)
         assert found.interval() == pytest.approx(mean_estimate(values).interval())
-    with pytest.raises(ValueError, match="settings that are not named"):
+    with pytest.raises(ValueError, match="parameters that are not named"):
         contrast(
             study.trials, "speed", a={"weight": 0.5}, b={"weight": 2.0}, unit="trial"
         )
@@ -187,7 +187,7 @@ def test_several_points_need_a_unit() -> None:
         ("speed", {"weight": 3.0}, {"weight": 2.0}, "no trial has weight = 3.0"),
         ("speed", {"status": 1}, {"weight": 2.0}, "no trial has status = 1"),
         ("speed", {"weight": 1.0}, {"n": 10}, "share trials"),
-        ("speed", {}, {"n": 10}, "no setting and n = 10 share trials"),
+        ("speed", {}, {"n": 10}, "no parameters and n = 10 share trials"),
     ],
 )
 def test_what_is_wrong_with_a_contrast_is_said(
@@ -268,7 +268,7 @@ def test_all_values_against_a_reference_by_max_t() -> None:
         list(max_t(np.column_stack(columns)).high)
     )
     assert (list(left["n"]), list(left["left_out"])) == ([10, 10], [1, 1])
-    with pytest.raises(ValueError, match="started in common"):
+    with pytest.raises(ValueError, match="common start stream"):
         contrasts(Tables(APART), "speed", "weight", 0.5, {"n": 20}, together="max_t")
 
 
@@ -277,7 +277,7 @@ def test_what_is_wrong_with_contrasts_is_said() -> None:
         ValueError, match='unknown together "hollm"; did you mean "holm"'
     ):
         contrasts(Tables(), "speed", "weight", 0.5, {"n": 20}, together="hollm")  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="no trial has another n than 20"):
+    with pytest.raises(ValueError, match="no trial has a value of n other than 20"):
         contrasts(Tables(), "speed", "n", 20, {"n": 20, "weight": 1.0})
     with pytest.raises(ValueError, match="no trial has n = 20, weight = 7"):
         contrasts(Tables(), "speed", "weight", 7.0, {"n": 20})

@@ -85,5 +85,5 @@ def test_what_has_no_effect_size_is_nan() -> None:
     assert np.isnan(hedges_g([1.0, 2.0], [1.0, 2.0, 3.0])).all()
     assert np.isnan(hedges_g(np.ones(5), np.ones(5))).all()
     assert np.isnan(superiority([np.nan], [1.0])).all()
-    with pytest.raises(ValueError, match="2 and 3 values are no pairs"):
+    with pytest.raises(ValueError, match="2 and 3 values cannot be paired"):
         hedges_g([1.0, 2.0], [1.0, 2.0, 3.0], paired=True)

@@ -132,7 +132,7 @@ def test_points_with_and_without_failures_are_needed(tmp_path: Path) -> None:
     part = study.where(separation_weight=1, failing_share=0.5)
     with pytest.raises(ChoiceError, match="at all points some boids fail"):
         resilience_rows(part)
-    with pytest.raises(ChoiceError, match="at all points nobody fails"):
+    with pytest.raises(ChoiceError, match="at all points no boid fails"):
         resilience_rows(study.where(failing_share=0))
 
 

@@ -233,7 +233,7 @@ def test_an_interval_is_for_the_number_of_trials_at_a_look() -> None:
     assert found.n == 12
     with pytest.raises(
         ValueError,
-        match="values: 12 of them; allowed: as many as a look has, 10, 13, 17",
+        match="values: 12; allowed: the number of trials of a look, 10, 13, 17",
     ):
         repeated_interval(values[:12], looks(10, 60))
 

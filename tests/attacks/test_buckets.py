@@ -219,4 +219,4 @@ def said(*liars: Liar) -> list[str]:
 def test_an_object_larger_than_its_listing_is_not_fetched() -> None:
     found = listing((f"{BELOW}/manifest.json", 2), (f"{BELOW}/trials.parquet", 10))
     with lying(answer(found), answer(b"x" * 50_000_000)) as liar:
-        assert "not the object of 2 bytes that was listed" in said(liar)[0]
+        assert "not have the 2 bytes that the server listed" in said(liar)[0]

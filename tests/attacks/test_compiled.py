@@ -94,14 +94,16 @@ def test_a_folder_that_others_can_write_is_refused(
     (cache / place).chmod(bits)
     with pytest.raises(CacheError) as refusal:
         make_private(folder)
-    words = f"{cache / place} can be written by others (mode {bits:o}), so {folder} may"
-    assert str(refusal.value) == f"{words} hold code of others: remove it"
+    words = f"{cache / place} can be written by other users (mode {bits:o}), so"
+    assert str(refusal.value) == (
+        f"{words} {folder} may hold code of other users: remove it"
+    )
 
 
 def test_a_file_that_others_can_write_is_refused(cache: Path) -> None:
     folder = filled(cache)
     (folder / "stamp" / "limit.nbi").chmod(0o666)
-    with pytest.raises(CacheError, match=r"limit.nbi can be written by others"):
+    with pytest.raises(CacheError, match=r"limit.nbi can be written by other users"):
         make_private(folder)
 
 
@@ -110,7 +112,7 @@ def test_a_sticky_folder_will_do_on_the_way_and_nowhere_else(cache: Path) -> Non
     cache.chmod(0o1777)
     make_private(folder)
     folder.chmod(0o1777)
-    with pytest.raises(CacheError, match=r"boidsweep can be written by others"):
+    with pytest.raises(CacheError, match=r"boidsweep can be written by other users"):
         make_private(folder)
 
 
@@ -157,7 +159,8 @@ def test_a_group_may_write_that_is_the_users_alone(
     if private:
         compiled._check(tmp_path)
     else:
-        with pytest.raises(CacheError, match=r"can be written by others \(mode 775\)"):
+        words = r"can be written by other users \(mode 775\)"
+        with pytest.raises(CacheError, match=words):
             compiled._check(tmp_path)
 
 
@@ -175,7 +178,7 @@ def test_links_are_followed_and_what_they_lead_to_is_seen(cache: Path) -> None:
     make_private(cache / "link" / "boidsweep")
     assert mode(cache / "elsewhere" / "new" / "boidsweep") == 0o700
     (cache / "elsewhere").chmod(0o777)
-    with pytest.raises(CacheError, match=r"elsewhere can be written by others"):
+    with pytest.raises(CacheError, match=r"elsewhere can be written by other users"):
         make_private(cache / "link" / "boidsweep")
 
 
@@ -184,14 +187,14 @@ def test_a_link_that_others_can_turn_is_refused(cache: Path) -> None:
     (cache / "open" / "link").symlink_to(cache)
     (cache / "open").chmod(0o777)
     (cache / "first").symlink_to(cache / "open" / "link")
-    with pytest.raises(CacheError, match=r"open can be written by others"):
+    with pytest.raises(CacheError, match=r"open can be written by other users"):
         make_private(cache / "first" / "boidsweep")
 
 
 def test_a_link_within_is_refused(cache: Path) -> None:
     folder = filled(cache)
     (folder / "stamp" / "more.nbi").symlink_to("/etc/passwd")
-    with pytest.raises(CacheError, match=r"more.nbi can be written by others"):
+    with pytest.raises(CacheError, match=r"more.nbi can be written by other users"):
         make_private(folder)
 
 
@@ -236,7 +239,7 @@ def test_the_folder_is_the_one_that_kernels_take(
 
 def test_a_relative_folder_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NUMBA_CACHE_DIR", "cache")
-    with pytest.raises(CacheError, match="cache is another folder wherever you stand"):
+    with pytest.raises(CacheError, match="cache is relative to the current folder"):
         usual()
 
 
@@ -254,9 +257,9 @@ def test_a_temporary_folder_takes_its_place_and_is_told_once(
         place = Path(os.environ["NUMBA_CACHE_DIR"])
         settle()
     (line,) = caplog.messages
-    assert line.startswith("compiled kernels are kept for this process only: ")
+    assert line.startswith("compiled kernels are stored for this process only: ")
     assert line.endswith(" Set NUMBA_CACHE_DIR to a folder that you alone can write.")
-    assert f"{cache} can be written by others (mode 777)" in line
+    assert f"{cache} can be written by other users (mode 777)" in line
     assert place.parent == cache.parent
     assert (mode(place), mode(place / "boidsweep")) == (0o700, 0o700)
     assert os.environ["NUMBA_CACHE_DIR"] == str(place)
@@ -304,7 +307,7 @@ def test_a_pickle_that_others_may_have_put_there_is_not_loaded(tmp_path: Path) -
     cache.chmod(0o777)
     attacked = ran(tmp_path, ONE_KERNEL, **places)
     assert attacked.stdout == "(3.0, 4.0)\n", attacked.stderr
-    assert f"{cache} can be written by others (mode 777)" in attacked.stderr
+    assert f"{cache} can be written by other users (mode 777)" in attacked.stderr
     assert not trap.exists()
     cache.chmod(0o755)
     ran(tmp_path, ONE_KERNEL, **places)
@@ -344,7 +347,7 @@ def test_workers_share_the_temporary_folder_and_it_goes(tmp_path: Path) -> None:
     done = ran(tmp_path, SHARED, TMPDIR=str(tmp_path / "tmp"), **homeless(tmp_path))
     assert done.returncode == 0, done.stderr
     assert Path(done.stdout.strip()).is_relative_to(tmp_path / "tmp"), done.stdout
-    assert done.stderr.count("compiled kernels are kept for this process only") == 1
+    assert done.stderr.count("compiled kernels are stored for this process only") == 1
     assert "script.py/.cache/boidsweep cannot be used" in done.stderr
     assert list((tmp_path / "tmp").iterdir()) == []
 
@@ -363,5 +366,5 @@ def test_without_any_folder_a_command_ends_in_one_line(tmp_path: Path) -> None:
     done = ran(tmp_path, NOWHERE, **homeless(tmp_path))
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.count("\n") == 1
-    assert done.stderr.startswith("no folder can keep compiled kernels: ")
+    assert done.stderr.startswith("no folder can store compiled kernels: ")
     assert "Set NUMBA_CACHE_DIR to a folder that you alone can write." in done.stderr

@@ -26,10 +26,7 @@ from tests.trial.test_trial import small
 from tests.workers.test_checkpoint import TRIAL, named, numbers
 
 STRANGER = bytes(range(32))
-FORGED = (
-    "is damaged, or was written by somebody else or on a machine where you have"
-    " another key"
-)
+FORGED = "is damaged, or was written by another user, or on a machine with another key"
 
 
 @pytest.fixture(autouse=True)
@@ -92,7 +89,7 @@ def test_a_sealed_checkpoint_of_a_stranger_is_refused_in_a_sentence(
     with caplog.at_level(logging.WARNING, "sweep"):
         result = Checkpointed(run, tmp_path, 1e9)(a_job)
     [record] = caplog.records
-    assert record.getMessage().endswith(f"{FORGED}; the trial begins anew")
+    assert record.getMessage().endswith(f"{FORGED}; the trial restarts at step 0")
     assert numbers(result) == numbers(run(a_job))
     assert list(tmp_path.iterdir()) == []
 
@@ -190,7 +187,7 @@ def test_a_key_that_others_may_know_is_not_used(
     [record] = caplog.records
     assert str(place) in record.getMessage()
     assert (
-        "no later launch goes on from the checkpoints of this one"
+        "later launches cannot resume from checkpoints of this launch"
         in record.getMessage()
     )
 

@@ -175,7 +175,7 @@ def test_a_column_of_another_name_than_a_metric_s_is_refused(
     give(folder, **{column: 1.0})
     done = sweep(tmp_path, "export", "maps", "--to", "x.nc")
     assert done.returncode == 2
-    assert "no column is called" in done.stderr
+    assert "no column can have the name" in done.stderr
 
 
 TAGS = (

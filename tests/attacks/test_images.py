@@ -54,7 +54,7 @@ def test_what_pillow_reads_in_python_is_refused_undecoded(
     tmp_path: Path, case: str
 ) -> None:
     (tmp_path / "t.pgm").write_bytes(SLOW[case])
-    assert "would take long to read (ppm" in refused(tmp_path, "t.pgm")
+    assert "has a slow encoding (ppm" in refused(tmp_path, "t.pgm")
 
 
 def test_a_packed_bmp_is_refused_undecoded(tmp_path: Path) -> None:
@@ -63,9 +63,7 @@ def test_a_packed_bmp_is_refused_undecoded(tmp_path: Path) -> None:
     content = bytearray(made.getvalue())
     content[30:34] = struct.pack("<I", 1)
     (tmp_path / "t.bmp").write_bytes(content)
-    assert "would take long to read (bmp_rle): save it as PNG" in refused(
-        tmp_path, "t.bmp"
-    )
+    assert "has a slow encoding (bmp_rle): save as PNG" in refused(tmp_path, "t.bmp")
 
 
 PIECES = {
@@ -85,7 +83,7 @@ def test_reads_are_counted(
     path.write_bytes(PIECES[case])
     assert brightness(path).min() in (0, 255)
     monkeypatch.setattr(images, "MOST_READS", 1000)
-    assert "is in too many pieces" in refused(tmp_path, "t.png")
+    assert "has too many pieces" in refused(tmp_path, "t.png")
 
 
 def test_an_image_of_the_largest_size_is_read_in_few_pieces(
@@ -110,9 +108,7 @@ OTHERS = ["GIF", "TIFF", "WEBP", "ICO", "PDF", "EPS", "ICNS", "JPEG2000", "TGA",
 @pytest.mark.parametrize("form", OTHERS)
 def test_other_formats_are_not_tried(tmp_path: Path, form: str) -> None:
     Image.new("RGB", (32, 32)).save(tmp_path / "t.png", format=form)
-    assert "is not an image; allowed are PNG, PPM, BMP, JPEG" in refused(
-        tmp_path, "t.png"
-    )
+    assert "is not an image; allowed: PNG, PPM, BMP, JPEG" in refused(tmp_path, "t.png")
 
 
 @pytest.mark.parametrize("form", images.FORMATS)
@@ -158,7 +154,7 @@ def test_the_image_of_a_ros_map_is_an_ordinary_file(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "t.pgm")
     (tmp_path / "m.yaml").write_text("image: t.pgm\nresolution: 1\n")
     (tmp_path / "spec.yaml").write_text(short("maps: {m: {ros: m.yaml}}"))
-    with pytest.raises(SpecError, match=r"^m.yaml:1: .* is no ordinary file"):
+    with pytest.raises(SpecError, match=r"^m.yaml:1: .* is not a regular file"):
         load_spec(tmp_path / "spec.yaml")
 
 

@@ -25,16 +25,16 @@ def named(name: str) -> str:
 @pytest.mark.parametrize("form", ["{}", "fresh/{}", "{}/fresh", "a/{}/b"])
 def test_no_part_of_a_name_is_one_that_results_use(own: str, form: str) -> None:
     with pytest.raises(
-        SpecError, match=f'is not allowed: "{own}" is a name that results use'
+        SpecError, match=f'is not allowed: "{own}" is reserved for files of results'
     ):
         parse_spec(named(form.format(own)))
-    with pytest.raises(SpecError, match="is a name that results use"):
+    with pytest.raises(SpecError, match="is reserved for files of results"):
         parse_spec(named(form.format(own.upper())))
 
 
 @pytest.mark.parametrize("name", ["con", "a/NUL", "aux.txt/b", "COM1", "ends.", "a./b"])
 def test_a_name_is_a_folder_on_every_system(name: str) -> None:
-    with pytest.raises(SpecError, match="can be no folder on Windows"):
+    with pytest.raises(SpecError, match="cannot be the name of a folder on Windows"):
         parse_spec(named(name))
 
 

@@ -85,7 +85,7 @@ def test_no_code_refuses_a_spec_before_anything_runs(
     done = sweep(given.folder, command, "spec.yaml", "--no-code")
     assert done.returncode == 2
     assert done.stderr == (
-        'spec.yaml:9: this spec runs code from "./mine.py"; no code may run\n'
+        'spec.yaml:9: the spec runs code from "./mine.py"; no code may run\n'
     )
     assert given.ran() == 0
     assert not (given.folder / "results").exists()
@@ -138,9 +138,9 @@ def test_code_comes_from_another_folder_that_is_allowed(given: Given) -> None:
 @pytest.mark.parametrize(
     ("path", "words"),
     [
-        ("../../mine.py", "lies outside .*, from where alone code is taken"),
+        ("../../mine.py", "is outside .*, the only folder of code"),
         ("/tmp/mine.py", "begins neither with ./ nor with ../"),
-        ("mine.py", 'is written "./mine.py"'),
+        ("mine.py", 'write "./mine.py"'),
         ("../mane.py", 'there is no file "mane.py" in .*; did you mean "mine.py"'),
     ],
 )
@@ -160,7 +160,7 @@ def test_a_link_that_leads_out_of_the_folder_is_not_followed(given: Given) -> No
     inner.mkdir()
     (inner / "spec.yaml").write_text(SPEC)
     (inner / "mine.py").symlink_to(given.folder / "mine.py")
-    with pytest.raises(SpecError, match="lies outside the folder of the spec"):
+    with pytest.raises(SpecError, match="is outside the folder of the spec"):
         load_spec(inner / "spec.yaml")
     assert given.ran() == 0
 
@@ -210,7 +210,7 @@ def test_with_trust_it_runs(stranger: Given) -> None:
     assert same
     assert stranger.ran() == 1
     done = sweep(stranger.folder, "verify", "given", "--trust", "--fraction", "1")
-    assert "4 of 4 the same" in done.stdout
+    assert "4 of 4 bitwise identical" in done.stdout
 
 
 def test_what_is_measured_by_code_of_others_stays_theirs(stranger: Given) -> None:
@@ -221,7 +221,7 @@ def test_what_is_measured_by_code_of_others_stays_theirs(stranger: Given) -> Non
     assert (study.trials["double"] == 2 * study.trials["haste"]).all()
     assert sweep(stranger.folder, "verify", "given").returncode == 2
     trusted = sweep(stranger.folder, "verify", "given", "--trust", "--fraction", "1")
-    assert "4 of 4 the same" in trusted.stdout
+    assert "4 of 4 bitwise identical" in trusted.stdout
 
 
 def test_no_code_is_added_to_that_of_others(stranger: Given) -> None:
@@ -229,7 +229,7 @@ def test_no_code_is_added_to_that_of_others(stranger: Given) -> None:
     asked = ("measure", "given", "./further.py", "--trust")
     done = sweep(stranger.folder, *asked)
     assert done.returncode == 2
-    assert "somebody else has launched it with code of their own" in done.stderr
+    assert "another user has launched the study with custom code" in done.stderr
 
 
 def test_who_launches_the_study_too_has_said_yes(stranger: Given) -> None:
@@ -305,7 +305,7 @@ def test_a_description_that_describes_nothing_is_refused(
     about: dict[str, object], stranger: Given
 ) -> None:
     changed(stranger.folder, {"about": about})
-    with pytest.raises(StoreError, match="the code of its trials cannot be read"):
+    with pytest.raises(StoreError, match="the code of the trials cannot be read"):
         package.load("given", stranger.folder / "results")
 
 
@@ -316,7 +316,7 @@ def test_a_description_cannot_take_the_name_of_an_entry_of_ours(
     about = json.loads(file.read_text())["about"]
     about["metrics"]["speed"] = about["metrics"]["haste"]
     changed(stranger.folder, {"about": about})
-    with pytest.raises(StoreError, match="of the names speed as we do"):
+    with pytest.raises(StoreError, match="built-in metrics have the names speed"):
         package.load("given", stranger.folder / "results")
 
 
@@ -340,7 +340,7 @@ def test_what_is_no_code_is_written_nowhere(
     text = (stranger.folder / "mine.py").read_text()
     changed(stranger.folder, {"files": {"mine.py": text, name: ""}})
     monkeypatch.setattr(OwnCode, "sha", file.stem.removeprefix("code-"))
-    with pytest.raises(StoreError, match="a file that is no code: "):
+    with pytest.raises(StoreError, match="a file is not code: "):
         package.load("given", stranger.folder / "results")
 
 

@@ -191,7 +191,7 @@ def test_what_was_stored_elsewhere_is_not_launched(folder: Path) -> None:
         said = json.loads(connection.getresponse().read())
         connection.close()
     assert said["command"] == (f"sweep launch spec.yaml --results {folder / 'results'}")
-    assert "which is another study" in said["why_not"]
+    assert "a spec of another study" in said["why_not"]
     assert said["seen"] == ""
 
 

@@ -54,7 +54,7 @@ def test_code_that_was_not_asked_for_does_not_run(folder: Path) -> None:
 def test_no_pipe_is_waited_for(folder: Path, name: str) -> None:
     (folder / "evil" / name).unlink(missing_ok=True)
     os.mkfifo(folder / "evil" / name)
-    with pytest.raises(SpecError, match=f"evil/{name}: is no ordinary file"):
+    with pytest.raises(SpecError, match=f"evil/{name}: not an ordinary file"):
         read_all(folder, quick=True, only=("tiny",))
 
 
@@ -178,4 +178,4 @@ def test_a_folder_of_experiments_goes_before_the_built_in_ones(folder: Path) -> 
 
 def test_the_help_says_that_code_runs(tmp_path: Path) -> None:
     words = sweep(tmp_path, "reproduce", "--help").stdout.replace("│", " ").split()
-    assert "It runs code: figures.py of each study in the folder" in " ".join(words)
+    assert "This runs code: figures.py of each study in the folder" in " ".join(words)

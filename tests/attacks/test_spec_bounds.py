@@ -71,7 +71,7 @@ ELEVEN_FIELDS = [
 LISTED = {
     "points of a grid": (
         short("sweep: {drag: {linspace: [0, 1, 1000000000]}}"),
-        '6: "linspace" must be a whole number from 1 to 10000000',
+        '6: "linspace" must be an integer from 1 to 10000000',
     ),
     "points of a sample": (
         sampled("random", 10**9, 1),
@@ -79,14 +79,14 @@ LISTED = {
     ),
     "replicates": (
         SHORT.replace("replicates: 2", "replicates: 1000000000"),
-        '4: "replicates" must be a whole number from 1 to 20000000',
+        '4: "replicates" must be an integer from 1 to 20000000',
     ),
     "until": (
         SHORT.replace(
             "replicates: 2",
             "replicates: {until: {metric: speed, half_width: 1}, max: 1000000000}",
         ),
-        '4: "max" must be a whole number from 3 to 20000000',
+        '4: "max" must be an integer from 3 to 20000000',
     ),
     "product": (
         short(TWO_AXES),
@@ -101,8 +101,8 @@ LISTED = {
             "replicates: 2", "replicates: 9000000"
         ),
         (
-            "4: the study has 18,000,000 trials with 6 settings that vary, 108,000,000"
-            " cells;"
+            "4: the study has 18,000,000 trials with 6 parameters that vary,"
+            " 108,000,000 cells;"
         ),
     ),
     "cells of points": (
@@ -113,7 +113,7 @@ LISTED = {
 LISTED |= {
     f"cells of {sampler}": (
         sampled(sampler, 10**7, 30),
-        "9: 10,000,000 points of 30 settings make 300,000,000 cells; at most"
+        "9: 10,000,000 points of 30 parameters make 300,000,000 cells; at most"
         " 100,000,000 " + SPLIT,
     )
     for sampler in ("random", "lhs", "sobol", "halton")
@@ -121,7 +121,7 @@ LISTED |= {
 LISTED |= {
     f"cells of {sampler}": (
         sampled(sampler, points, 20),
-        f"9: {cells} points of 20 settings make",
+        f"9: {cells} points of 20 parameters make",
     )
     for sampler, points, cells in (
         ("morris", 400_000, "8,400,000"),
@@ -142,7 +142,7 @@ def test_fields_of_a_zip_are_counted_as_they_come(
     monkeypatch.setattr(limits, "MOST_CELLS", 100)
     grids = ", ".join(f"{name}: {{linspace: [1, 1, 30]}}" for name in FLOATS[:9])
     message = refused(short("sweep:", f"  j: {{zip: {{{grids}}}}}"))
-    assert message.startswith("spec.yaml:7: 30 points of 4 settings make 120 cells")
+    assert message.startswith("spec.yaml:7: 30 points of 4 parameters make 120 cells")
 
 
 def test_axes_are_counted_as_they_come(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -150,7 +150,7 @@ def test_axes_are_counted_as_they_come(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sweep.spec.setting_values.MOST_CELLS", 100)
     axes = [f"  {name}: {{linspace: [0, 1, 40]}}" for name in FLOATS[:9]]
     message = refused(short("sweep:", *axes))
-    assert message.startswith("spec.yaml:9: the axes as far as this one have 120 cells")
+    assert message.startswith("spec.yaml:9: the axes up to this axis have 120 cells")
 
 
 def test_computations_are_counted_before_they_are_made() -> None:
@@ -167,8 +167,8 @@ def test_computations_are_counted_before_they_are_made() -> None:
         ),
     ]
     message = refused(short(*lines))
-    assert message.startswith("spec.yaml:6: the study has 2,000,000 points, and its")
-    assert " expressions 1,179 parts that are computed at each" in message
+    assert message.startswith("spec.yaml:6: the study has 2,000,000 points and")
+    assert " expressions with 1,179 parts per point" in message
     assert "2,358,000,000 operations; at most 2,000,000,000 are" in message
 
 
@@ -219,26 +219,26 @@ def searching(line: str, budget: int = 600) -> Study:
 @pytest.mark.parametrize(
     ("line", "budget", "message"),
     [
-        ("racing: true", 10**9, '9: "budget" must be a whole number from 1 to 1000000'),
+        ("racing: true", 10**9, '9: "budget" must be an integer from 1 to 1000000'),
         (
             "batch: 1000000000",
             600,
-            '10: "batch" must be a whole number from 1 to 10000',
+            '10: "batch" must be an integer from 1 to 10000',
         ),
         ("held_out: {candidates: 1000000000}", 600, '10: "candidates" must be'),
         (
             "held_out: {candidates: 1000000, replicates: 1000000}",
             600,
             (
-                "9: the search could come to 1,000,000,000,600 trials, of which"
+                "9: the search may need 1,000,000,000,600 trials, of which"
                 " 1,000,000,000,000 on held-out seeds; at most 1,000,000 are allowed:"
-                " lower budget, held_out or the number of scenarios"
+                " reduce budget, held_out or the number of scenarios"
             ),
         ),
         (
             "over: {n: {linspace: [1, 10000, 10000]}}",
             500_000,
-            "9: the search could come to 2,500,000 trials",
+            "9: the search may need 2,500,000 trials",
         ),
     ],
 )
@@ -251,7 +251,7 @@ def test_searches_are_bounded(line: str, budget: int, message: str) -> None:
 
 def test_references_are_bounded() -> None:
     listed = ", ".join(f"r{index}: {{drag: 0.5}}" for index in range(1001))
-    with pytest.raises(SpecError, match='10: "references" are at most 1,000'):
+    with pytest.raises(SpecError, match='10: "references" allows at most 1,000'):
         searching(f"references: {{{listed}}}")
 
 
@@ -259,9 +259,8 @@ def test_repetitions_are_bounded(tmp_path: Path) -> None:
     study = searching("racing: true")
     with counted_memory() as peaks, pytest.raises(SpecError) as error:
         search(study, tmp_path, Serial(), repetitions=10**9)
-    assert (
-        "and its 1,000,000,000 repetitions could come to 1,280,000,000,800 trials"
-        in str(error.value)
+    assert "and its 1,000,000,000 repetitions may need 1,280,000,000,800 trials" in str(
+        error.value
     )
     assert peaks[0] < MOST_BYTES
 

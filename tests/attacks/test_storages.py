@@ -96,7 +96,7 @@ def test_nothing_of_a_strangers_storage_is_run_or_written_over(tmp_path: Path) -
     (tmp_path / "spec.yaml").write_text(SPEC)
     refused = sweep(tmp_path, "search", "spec.yaml", "--export", storage)
     assert refused.returncode == 2
-    assert 'has a study "tiny" already, which is left as it is' in refused.stderr
+    assert 'already has a study "tiny", which stays unchanged' in refused.stderr
     with sqlite3.connect(tmp_path / "theirs.db") as database:
         assert list(database.iterdump()) == before
         database.execute("update studies set study_name = 'theirs'")

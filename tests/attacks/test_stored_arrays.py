@@ -32,12 +32,20 @@ def lists(*rows: object, kind: pa.DataType = BODIES) -> pa.Array:
 
 
 TABLES: dict[str, tuple[str, dict[str, Any], str]] = {
-    "rows -1": ("heatmaps", {"rows": pa.array([-1] * TRIALS, INT32)}, "not as many as"),
-    "rows 0": ("heatmaps", {"rows": pa.array([0] * TRIALS, INT32)}, "not as many as"),
+    "rows -1": (
+        "heatmaps",
+        {"rows": pa.array([-1] * TRIALS, INT32)},
+        "not rows times columns",
+    ),
+    "rows 0": (
+        "heatmaps",
+        {"rows": pa.array([0] * TRIALS, INT32)},
+        "not rows times columns",
+    ),
     "rows of too many": (
         "heatmaps",
         {"rows": pa.array([2**31 - 1] * TRIALS, INT32)},
-        "not as many",
+        "not rows times columns",
     ),
     "both negative": (
         "heatmaps",
@@ -45,7 +53,7 @@ TABLES: dict[str, tuple[str, dict[str, Any], str]] = {
             "rows": pa.array([-600] * TRIALS, INT32),
             "columns": pa.array([-800] * TRIALS, INT32),
         },
-        "not as many as",
+        "not rows times columns",
     ),
     "rows null": (
         "heatmaps",
@@ -61,12 +69,12 @@ TABLES: dict[str, tuple[str, dict[str, Any], str]] = {
     "visits too few": (
         "heatmaps",
         {"visits": pa.array([[1]] * TRIALS, pa.list_(INT32))},
-        "not as many",
+        "not rows times columns",
     ),
     "visits empty": (
         "heatmaps",
         {"visits": pa.array([[]] * TRIALS, pa.list_(INT32))},
-        "not as many",
+        "not rows times columns",
     ),
     "visits null": (
         "heatmaps",
@@ -76,7 +84,7 @@ TABLES: dict[str, tuple[str, dict[str, Any], str]] = {
     "visits of nulls": (
         "heatmaps",
         {"visits": pa.array([[None]] * TRIALS, pa.list_(INT32))},
-        "empty places",
+        "empty elements",
     ),
     "visits of texts": (
         "heatmaps",
@@ -88,7 +96,7 @@ TABLES: dict[str, tuple[str, dict[str, Any], str]] = {
         {"visits": pa.array([1] * TRIALS)},
         "not lists of int32",
     ),
-    "x shorter": ("trajectories", {"x": lists([0.0])}, "not of the same boids"),
+    "x shorter": ("trajectories", {"x": lists([0.0])}, "different numbers of boids"),
     "all shorter in one frame": (
         "trajectories",
         {name: lists([0.0]) for name in ("x", "y", "vx", "vy")},
@@ -97,7 +105,7 @@ TABLES: dict[str, tuple[str, dict[str, Any], str]] = {
     "no boids": (
         "trajectories",
         {name: pa.array([[]] * ROWS, BODIES) for name in ("x", "y", "vx", "vy")},
-        "same",
+        "different numbers of boids",
     ),
     "x null": ("trajectories", {"x": pa.nulls(ROWS, BODIES)}, '"x" has empty cells'),
     "x NaN": (
@@ -123,7 +131,7 @@ TABLES: dict[str, tuple[str, dict[str, Any], str]] = {
     "a state shorter": (
         "trajectories",
         {"phase": lists([0.0])},
-        "x, y, vx, vy, phase are not of the same boids",
+        "x, y, vx, vy, phase have different numbers of boids",
     ),
     "a state NaN": (
         "trajectories",
@@ -146,12 +154,12 @@ TABLES: dict[str, tuple[str, dict[str, Any], str]] = {
     "frames backwards": (
         "trajectories",
         {"frame": pa.array([20, 10, 0] * TRIALS)},
-        "not in their order",
+        "not in ascending order",
     ),
     "frames alike": (
         "trajectories",
         {"frame": pa.array([0] * ROWS)},
-        "not in their order",
+        "not in ascending order",
     ),
     "frames null": (
         "trajectories",
@@ -174,7 +182,7 @@ TABLES: dict[str, tuple[str, dict[str, Any], str]] = {
         {"status": pa.array([1] * TRIALS)},
         '"status" holds int64',
     ),
-    "models unknown": ("trials", {"model": "evil"}, "of the models evil"),
+    "models unknown": ("trials", {"model": "evil"}, "one known model, not evil"),
 }
 """The table, its columns, and what is said."""
 
@@ -305,6 +313,6 @@ def test_an_array_of_all_trials_has_a_bound(
     monkeypatch.setattr(netcdf, "MOST_PLACES", TRIALS * 600 * 800 - 1)
     study = StoredStudy("covering", folder / "results")
     with pytest.raises(
-        ChoiceError, match="4 x 600 x 800 places; at most 1,919,999 are allowed"
+        ChoiceError, match="4 x 600 x 800 elements; at most 1,919,999 are allowed"
     ):
         export(study, folder / "x.nc", "heatmaps")

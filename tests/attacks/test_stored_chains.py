@@ -83,17 +83,21 @@ def another_point(chain: Rows) -> dict[object, object]:
     return {chain[4]["trial_id"]: chain[0]["trial_id"]}
 
 
-ENDED = "begins where trial [0-9a-f]{24} ended"
+ENDED = "where trial [0-9a-f]{24} ended"
+REQUIRED = ", but its parameters require a beginning"
 PARENTS: dict[str, tuple[Callable[[Rows], dict[object, object]], str]] = {
-    "itself": (itself, f"{ENDED}; by its settings it {ENDED}"),
-    "a circle": (a_circle, f"{ENDED}; by its settings it {ENDED}"),
+    "itself": (itself, f"begins {ENDED}{REQUIRED} {ENDED}"),
+    "a circle": (a_circle, f"begins {ENDED}{REQUIRED} {ENDED}"),
     "a whole circle": (
         a_whole_circle,
-        f"{ENDED}; by its settings it begins as its settings say",
+        f"begins {ENDED}{REQUIRED} with a new flock",
     ),
-    "a trial that is not there": (nothing, f"{ENDED}, which it does not have; by"),
-    "none": (none, f"begins as its settings say; by its settings it {ENDED}"),
-    "another point": (another_point, f"{ENDED}; by its settings it {ENDED}"),
+    "a trial that is not there": (
+        nothing,
+        f"begins {ENDED}, which is not in the plan{REQUIRED}",
+    ),
+    "none": (none, f"begins with a new flock{REQUIRED} {ENDED}"),
+    "another point": (another_point, f"begins {ENDED}{REQUIRED} {ENDED}"),
 }
 
 
@@ -114,7 +118,7 @@ def test_links_of_another_replicate_are_refused(folder: Path) -> None:
     before = next(row for row in plan if row["trial_id"] == link["parent"])
     parents = {link["trial_id"]: there[before["point"], 2]}
     give_plan(folder / "results" / "small", parent=with_parents(folder, parents))
-    with pytest.raises(StoreError, match=f"{ENDED}; by its settings it {ENDED}"):
+    with pytest.raises(StoreError, match=f"begins {ENDED}{REQUIRED} {ENDED}"):
         StoredStudy("small", folder / "results")
 
 
@@ -128,7 +132,7 @@ def test_a_trial_that_stands_twice_leads_into_no_circle(folder: Path) -> None:
         for row in plan
     ]
     give_plan(folder / "results" / "small", trial_id=pa.array(trials))
-    with pytest.raises(StoreError, match="launch writes: a trial stands twice"):
+    with pytest.raises(StoreError, match="launch writes: a trial is listed twice"):
         StoredStudy("small", folder / "results")
 
 
@@ -136,8 +140,11 @@ def test_a_trial_that_stands_twice_leads_into_no_circle(folder: Path) -> None:
     ("columns", "message"),
     [
         ({"parent": list(range(18))}, 'column "parent" holds int64, not string'),
-        ({"direction": "sideways"}, "a link has another direction than its chain"),
-        ({"separation_weight": ["1"] * 18}, "column .* has values that are no numbers"),
+        ({"direction": "sideways"}, "the direction of a link differs from its chain"),
+        (
+            {"separation_weight": ["1"] * 18},
+            "column .* has values that are not numbers",
+        ),
     ],
 )
 def test_columns_of_links_hold_what_a_launch_writes(
@@ -160,7 +167,7 @@ def test_links_without_an_axis_that_is_continued_are_refused(folder: Path) -> No
     about["varied"].remove("direction")
     metadata = {b"boidsweep": json.dumps(about).encode()}
     pq.write_table(plan.replace_schema_metadata(metadata), path)
-    with pytest.raises(StoreError, match="links of chains, and no axis that is"):
+    with pytest.raises(StoreError, match="links of chains, but no continued axis"):
         StoredStudy("small", folder / "results")
 
 
@@ -201,7 +208,7 @@ def test_a_stored_link_that_begins_elsewhere_than_in_the_plan_is_refused(
     study = StoredStudy("small", folder / "results")
     found = verify(study, Serial(), fraction=1.0)
     assert len(found.differing) == 17  # the one after the second is as it was
-    said = f"is stored as one that begins where trial {second} ended, and the plan has"
+    said = f"begins where trial {second} ended in the table of trials, but"
     assert said in found.as_text()
     with pytest.raises(StoreError, match=said):
         replay(study, str(second))

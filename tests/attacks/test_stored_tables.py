@@ -123,7 +123,7 @@ def test_a_small_plan_with_many_rows_is_not_read(results: Path) -> None:
     with pytest.raises(
         StoreError,
         match=(
-            r"plan.parquet: cannot be read \(3,000,000 rows with an id each cannot lie"
+            r"plan.parquet: cannot be read \(3,000,000 rows with an id each cannot fit"
         ),
     ):
         StoredStudy("small", results)
@@ -141,7 +141,7 @@ def test_a_small_part_with_many_rows_counts_as_damaged(
         else (part_of(results) / MANIFEST).unlink()
     )
     with pytest.raises(
-        StoreError, match="2,000,000 rows with an id each cannot lie in"
+        StoreError, match="2,000,000 rows with an id each cannot fit in"
     ):
         Store(results / "small").trial_ids()
     assert set_aside(results)
@@ -155,8 +155,8 @@ def test_what_unpacks_to_more_than_the_machine_has_is_not_read(
     assert file.stat().st_size < SMALL_FILE
     monkeypatch.setattr(bounds, "_memory", lambda: 60_000_000)
     words = (
-        r"it unpacks to 72,000,000 bytes, this machine has 60,000,000; use a machine"
-        r" with more memory"
+        r"unpacks to 72,000,000 bytes; this machine has 60,000,000 bytes; use a"
+        r" machine with more memory"
     )
     with pytest.raises(StoreError, match=words):
         _ = StoredStudy("small", results).series
@@ -262,7 +262,7 @@ def test_a_small_plan_with_long_lists_is_not_read(tmp_path: Path) -> None:
     plan = pa.table({"trial_id": ["a"], "asked for": long})
     pq.write_table(plan, file, compression="zstd")
     assert file.stat().st_size < SMALL_FILE
-    with pytest.raises(StoreError, match="2,000,000 values of lists cannot lie in"):
+    with pytest.raises(StoreError, match="2,000,000 values of lists cannot fit in"):
         store.read_asked()
 
 
@@ -321,7 +321,7 @@ def test_a_plan_that_does_not_say_where_it_comes_from_is_one_sentence(
     changed(results / "small" / "plan.parquet", OF_PLANS[how])
     with pytest.raises(
         StoreError,
-        match=r"plan.parquet: does not say, or not rightly.*; delete it and launch",
+        match=r"plan.parquet: has no valid provenance.*; delete it and launch",
     ):
         StoredStudy("small", results)
 
@@ -342,7 +342,7 @@ def test_a_part_that_does_not_say_where_it_comes_from_is_set_aside(
     ):
         with pytest.raises(
             StoreError,
-            match=r"trials.parquet: does not say, or not rightly, where it comes from",
+            match=r"trials.parquet: has no valid provenance in its metadata",
         ):
             look(study)
     assert set_aside(results)
@@ -351,7 +351,7 @@ def test_a_part_that_does_not_say_where_it_comes_from_is_set_aside(
 def test_without_any_metadata_it_is_the_same(results: Path) -> None:
     no_metadata(part_of(results) / "trials.parquet")
     resealed(part_of(results))
-    with pytest.raises(StoreError, match="does not say"):
+    with pytest.raises(StoreError, match="has no valid provenance"):
         find_waste(StoredStudy("small", results))
     assert set_aside(results)
     no_metadata(results / "small" / "plan.parquet")
@@ -381,7 +381,7 @@ def test_a_part_without_ids_or_statuses_is_set_aside(
     left = table.drop_columns([name])
     pq.write_table(left if gone else left.append_column(name, pa.repeat(1, 6)), file)
     resealed(file.parent)
-    assert damage(file.parent) == f"trials.parquet has no column {name} of texts"
+    assert damage(file.parent) == f"trials.parquet has no column {name} of strings"
     assert set_aside(results)
 
 
@@ -530,6 +530,6 @@ def test_after_a_part_of_the_far_future_nothing_is_stored_and_that_is_said(
     part.rename(part.with_name("0" + "9" * 19 + "-ab"))
     with pytest.raises(
         StoreError,
-        match="has a part of the year 2286; nothing can be stored after it: delete it",
+        match="has a part of the year 2286, which blocks later parts; delete the part",
     ):
         relaunch(SMALL.replace("replicates: 3", "replicates: 4"), results)

@@ -97,7 +97,7 @@ def test_texts_by_what_they_share_are_refused(tmp_path: Path) -> None:
     texts = pa.table({"map": ["x" * 100_000] * 1000})
     pq.write_table(texts, path, use_dictionary=False, column_encoding=shared)
     assert path.stat().st_size < 200_000
-    assert "holds texts as deltas" in refused(tmp_path, "t.parquet")
+    assert "has strings as deltas" in refused(tmp_path, "t.parquet")
 
 
 HEADS = {
@@ -147,7 +147,7 @@ def test_what_is_no_parquet_file_is_refused(tmp_path: Path, content: bytes) -> N
     (tmp_path / "t.parquet").write_bytes(content)
     assert '"t.parquet" ' in refused(tmp_path, "t.parquet")
     if content != b"PAR1" * 2:
-        with pytest.raises(PagesError, match="no parquet file"):
+        with pytest.raises(PagesError, match="not a parquet file"):
             check_footer(tmp_path / "t.parquet")
 
 
@@ -174,7 +174,7 @@ def test_odd_heads_of_csv_files_end_in_a_sentence(tmp_path: Path) -> None:
     (tmp_path / "t.csv").write_bytes(b"drag,drag\n1,1\n")
     assert '"drag" is read from two columns' in refused(tmp_path, "t.csv")
     (tmp_path / "t.csv").write_bytes(b"dr\0ag\n1\n")
-    assert "unknown setting" in refused(tmp_path, "t.csv")
+    assert "unknown parameter" in refused(tmp_path, "t.csv")
 
 
 def test_lines_that_end_in_returns_are_counted(

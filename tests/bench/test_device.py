@@ -94,7 +94,7 @@ def test_a_study_is_launched_and_verified() -> None:
     launched, sample, verified = rows_of("study")
     for row in (launched, sample):
         assert row["trials"] == row["done"] == 24
-    assert "24 of 24 the same" in verified["words"]
+    assert "24 of 24 bitwise identical" in verified["words"]
     assert not [row for row in (launched, sample, verified) if "error" in row]
 
 

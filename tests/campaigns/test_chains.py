@@ -230,9 +230,8 @@ def test_a_link_that_fails_ends_its_chain(
     assert len(given) == 14
     study = StoredStudy("small", tmp_path)
     assert cut_off(study) == {"failed": 4}
-    assert "cut off   4 trials of chains, not run: a link before failed" in status_text(
-        study
-    )
+    said = "cut off   4 trials of chains, not run: an earlier link failed"
+    assert said in status_text(study)
     assert not relaunch(CHAINED + "on_error: record\n", tmp_path).statuses
     replace_trials(
         monkeypatch,
@@ -294,7 +293,7 @@ def test_a_link_whose_parent_is_gone_cannot_be_replayed(tmp_path: Path) -> None:
     study = launched(CHAINED, tmp_path)
     job = next(job for job in jobs_of(CHAINED) if job.parent)
     lost = replace(job, parent="0" * 24)
-    with pytest.raises(StoreError, match="is not stored any more; launch"):
+    with pytest.raises(StoreError, match="is no longer stored; launch"):
         with_beginning(study.store, lost)
 
 
@@ -343,11 +342,11 @@ def test_further_metrics_of_chains_are_refused(tmp_path: Path) -> None:
 
 REFUSED = [
     ("continue: both", "continue: bot", 'unknown way "bot"; did you mean "both"?'),
-    ("hold: 9", "hold: 0", '"hold" must be a whole number from 1, not 0'),
-    ("continue: both, ", "", '"hold" is for an axis with "continue"'),
-    ("n: 12", "n: 12, steps: 9", '"hold" says how many steps links take'),
-    ("separation_weight:", "start_speed:", "only a parameter of the model can change"),
-    ("hold: 9", 'hold: 9, when: "n > 1"', 'it has a condition, "when"'),
+    ("hold: 9", "hold: 0", '"hold" must be an integer from 1, not 0'),
+    ("continue: both, ", "", '"hold" needs an axis with "continue"'),
+    ("n: 12", "n: 12, steps: 9", '"hold" and "steps" both give the number of steps'),
+    ("separation_weight:", "start_speed:", "only parameters of the model can change"),
+    ("hold: 9", 'hold: 9, when: "n > 1"', 'the axis has a condition, "when"'),
     ("seed: 5", "seed: 5\nstreams: {noise: common}", "must be independent or lasting"),
     ("seed: 5", "seed: 5\norder: coarse", 'takes no "order"'),
     (
@@ -358,12 +357,12 @@ REFUSED = [
     (
         "sweep:",
         "sweep:\n  cohesion_weight: {values: [1, 2], continue: up}",
-        "a study has one such axis",
+        "a study has at most one continued axis",
     ),
     (
         "replicates: 3",
         "replicates: {until: {metric: speed, half_width: 1}, min: 3, max: 9}",
-        "takes a fixed number of replicates",
+        "needs a fixed number of replicates",
     ),
     ("[0.5, 1, 2]", "[0.5]", 'drawn.yaml:7: "separation_weight" cannot be continued:'),
     ("[0.5, 1, 2]", "[1]", "a chain needs at least 2 values"),

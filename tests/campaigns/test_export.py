@@ -142,7 +142,7 @@ def test_a_study_that_is_there_is_left_as_it_is(
         with pytest.raises(
             OutputError,
             match=(
-                r'has a study "my/gains" already, which is left as it is; give'
+                r'already has a study "my/gains", which stays unchanged; give'
                 r" another URL"
             ),
         ):

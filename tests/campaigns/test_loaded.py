@@ -47,7 +47,7 @@ def test_a_study_that_is_no_search_or_a_part_of_one_says_so() -> None:
     with pytest.raises(ChoiceError, match="study small: not a search"):
         _ = loaded("small").search
     part = loaded("searched").where(n=12)
-    with pytest.raises(ChoiceError, match="a search is a whole: ask it before where"):
+    with pytest.raises(ChoiceError, match="a search cannot be restricted by where"):
         _ = part.search
 
 
@@ -116,7 +116,7 @@ def test_over_half_is_asked_for_alike_everywhere(piloted: LoadedStudy) -> None:
 def test_another_name_of_the_last_half_says_how_it_is_asked_for() -> None:
     whole = loaded("drawn")
     first = next(iter(whole.metrics))
-    said = f'"{first}_mean" is the mean of {first} over the last half: ask for'
+    said = f'"{first}_mean" is the mean of {first} over the second half; use'
     said += f' {first} with over="half", in a command --over half'
     sides = (f"{whole.name}:n=6", f"{whole.name}:n=12")
     asking: list[Callable[[], object]] = [

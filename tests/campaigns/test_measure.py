@@ -167,7 +167,7 @@ def test_expressions_are_of_frames_or_of_series(tmp_path: Path) -> None:
     series = spec.replace("trajectories: true", "heatmaps: false")
     launched(series, tmp_path / "series")
     assert measured(tmp_path / "series", "left = 1 - escapes").measured == 6
-    with pytest.raises(ChoiceError, match="dispersion needs trajectories, and none"):
+    with pytest.raises(ChoiceError, match="dispersion needs trajectories, and the"):
         measured(tmp_path / "series", "dispersion")
 
 
@@ -175,10 +175,10 @@ def test_expressions_are_of_frames_or_of_series(tmp_path: Path) -> None:
     ("asked", "said"),
     [
         ("polarisation", 'unknown metric "polarisation"'),
-        ("potential", "for models with a pair potential"),
+        ("potential", "a model with a pair potential"),
         ("gain = speed /", "gain"),
         ("speed", "speed: recorded already"),
-        ("speed2 = n + 1", "has no metric"),
+        ("speed2 = n + 1", "contains no metric"),
     ],
 )
 def test_what_cannot_be_measured_is_refused(
@@ -287,11 +287,11 @@ def test_a_metric_of_ones_own_joins_other_code(
     check_same(StoredStudy("drawn", here), launched(spec, tmp_path / "there"))
     assert verify(study, Serial(), fraction=1.0).same
     (tmp_path / "mine.py").write_text("# other words\n" + further.read_text())
-    with pytest.raises(CodeError, match=r"mine.py is not as it was when the study"):
+    with pytest.raises(CodeError, match=r"mine.py has changed since the study"):
         measured(here, "./mine.py", study="drawn")
     elsewhere = tmp_path.parent / f"{tmp_path.name}-elsewhere.py"
     further.rename(elsewhere)
-    with pytest.raises(CodeError, match="lies outside"):
+    with pytest.raises(CodeError, match="is outside"):
         measured(here, str(elsewhere), study="drawn")
     with pytest.raises(CodeError, match=r'there is no file "lost.py"'):
         measured(here, "./lost.py", study="drawn")
@@ -305,7 +305,7 @@ def test_a_metric_that_needs_more_and_does_not_say_so_is_found_out(
     (tmp_path / "small.yaml").write_text(flown())
     monkeypatch.chdir(tmp_path)
     before = launched(tmp_path / "small.yaml", tmp_path)
-    with pytest.raises(ChoiceError, match=f"{name} looks at more than trajectories"):
+    with pytest.raises(ChoiceError, match=f"{name} needs more than trajectories have"):
         measured(tmp_path, f"./unfit.py:{name}")
     with pytest.raises(StoreError, match="cannot be measured: ValueError: cannot be"):
         measured(tmp_path, "./unfit.py:broken")
@@ -332,7 +332,7 @@ def test_velocities_of_before_are_those_that_the_model_keeps(
         spec.write_text(spec.read_text().replace(before, record))
         launched(spec, tmp_path / name)
     assert measured(tmp_path / "well", "turn_rate", study="drawn").measured == 6
-    with pytest.raises(ChoiceError, match="turn_rate looks at more than trajectories"):
+    with pytest.raises(ChoiceError, match="turn_rate needs more than trajectories"):
         measured(tmp_path / "ill", "turn_rate", study="drawn")
     assert measured(tmp_path / "ill", "polarization", study="drawn").measured == 6
 
@@ -362,7 +362,7 @@ def test_trials_that_keep_last_states_are_refused(tmp_path: Path) -> None:
         "trajectories: true", "trajectories: true, last_states: true"
     )
     launched(flown(record=record) + "streams: {noise: lasting}\n", tmp_path)
-    with pytest.raises(ChoiceError, match=r"keep last states.*add polarization under"):
+    with pytest.raises(ChoiceError, match=r"record last.*add polarization under"):
         measured(tmp_path, "polarization")
 
 
@@ -409,7 +409,7 @@ def test_what_diverged_stays_so(tmp_path: Path) -> None:
 
 def test_a_study_without_a_trial_has_nothing_to_measure(tmp_path: Path) -> None:
     launch(read(flown()), tmp_path, Serial(), share=Share(1, 10**6))
-    with pytest.raises(ChoiceError, match="no trial of it is done yet: launch it"):
+    with pytest.raises(ChoiceError, match="no trial is done yet: launch the study"):
         measured(tmp_path, "polarization")
 
 
@@ -514,14 +514,14 @@ def test_a_search_whose_two_files_were_left_apart_is_healed_by_the_same_command(
     assert not find_waste(study).rows, "what the search asked for would be deleted"
     said = sweep(tmp_path, "measure", "tiny", "polarization", "--results", ".")
     assert said.returncode == 0
-    assert "tiny: what a killed measurement had left undone is done" in said.stderr
+    assert "tiny: an interrupted measurement is now complete" in said.stderr
     pd.testing.assert_frame_equal(read_asked(study).table, whole)
     assert StoredStudy("tiny", tmp_path).plan.equals(study.plan, check_metadata=True)
     assert sum(find_waste(study).trials.values()) == 39
     # Without the former trials nobody knows which ones were asked for.
     clean(study, find_waste(study))
     in_two_files(study, old)
-    with pytest.raises(StoreError, match="its plan lacks 39 trials that it has asked"):
+    with pytest.raises(StoreError, match="the plan lacks 39 trials that the search"):
         measured(tmp_path, "polarization", study="tiny")
     assert searched(study.spec, tmp_path).statuses.total() == 0
     pd.testing.assert_frame_equal(read_asked(study).table, whole)
@@ -600,10 +600,10 @@ def stored_again(study: StoredStudy, column: str, change: float, first: int) -> 
 @pytest.mark.parametrize(
     ("column", "change", "first", "said"),
     [
-        ("x", 1e-9, 0, "is not what this machine computes, to the last bit"),
-        ("x", 1e-9, 8, "is not what this machine computes, to the last bit"),
-        ("vy", np.nan, 8, "a number in them is not finite"),
-        ("frame", 1, 0, "they are at other steps"),
+        ("x", 1e-9, 0, "is not bitwise identical to a new run on this machine"),
+        ("x", 1e-9, 8, "is not bitwise identical to a new run on this machine"),
+        ("vy", np.nan, 8, "a number is not finite"),
+        ("frame", 1, 0, "the steps are wrong"),
     ],
 )
 def test_a_changed_trajectory_is_refused(
@@ -629,7 +629,7 @@ def test_trials_of_other_code_are_not_measured(
 ) -> None:
     launched(flown(), tmp_path)
     monkeypatch.setattr("kernels.identity._flight_stamp", lambda: "other")
-    with pytest.raises(StoreError, match="was computed by other code than that of now"):
+    with pytest.raises(StoreError, match="was computed by another version of the code"):
         measured(tmp_path, "polarization")
 
 
@@ -638,7 +638,7 @@ def test_the_command(tmp_path: Path) -> None:
     launched(tmp_path / "small.yaml", tmp_path / "results")
     done = sweep(tmp_path, "measure", "small", "polarization")
     assert (done.returncode, done.stdout) == (0, "")
-    assert "small: polarization of 6 trials measured, 0 were there\n" in done.stderr
+    assert "small: polarization of 6 trials measured, 0 already stored\n" in done.stderr
     assert "small.yaml needs:\nrecord:\n  metrics: [speed, polarization]" in done.stderr
     quiet = sweep(tmp_path, "measure", "small", "dispersion", "--json", "--quiet")
     assert quiet.stderr == ""

@@ -176,8 +176,8 @@ def test_a_plan_says_how_many_go_on_and_what_they_take(tmp_path: Path) -> None:
     longer = plan_of(read(of_steps(22)), 1, tmp_path)
     assert (longer.continued, longer.steps_saved) == (6, 54)
     text = longer.as_text()
-    assert "goes on    6 trials from last states, 54 steps less to run" in text
-    assert "of them last states" in text
+    assert "resumed    6 trials from last states, 54 steps less to run" in text
+    assert "of last states" in text
     relaunch(of_steps(22), tmp_path)
     assert plan_of(read(of_steps(22)), 1, tmp_path).continued == 0
 
@@ -223,7 +223,7 @@ def test_with_another_key_trials_begin_at_step_0_and_that_is_said_once(
     with caplog.at_level(logging.WARNING, "sweep"), monkeypatch.context() as patched:
         patched.setattr("sweep.workers.flying.Checkpointed", strangely)
         relaunch(of_steps(22), tmp_path / "here")
-    assert caplog.text.count("on a machine where you have another key; trials") == 1
+    assert caplog.text.count("on a machine with another key; affected trials") == 1
     study = StoredStudy("small", tmp_path / "here")
     assert content_hash(study) == alone(of_steps(22), tmp_path / "alone")
 
@@ -295,7 +295,7 @@ def test_lasting_noise_is_other_at_each_point_and_the_same_for_any_steps() -> No
 )
 def test_streams_that_depend_on_the_steps_are_refused(streams: str, why: str) -> None:
     text = of_steps(9).replace(LASTING, f"{streams}\n")
-    with pytest.raises(SpecError, match="and cannot go on; write") as raised:
+    with pytest.raises(SpecError, match="and cannot resume; write") as raised:
         parse_spec(text)
     line = 1 + text.splitlines().index(
         next(x for x in text.splitlines() if "last_" in x)

@@ -104,7 +104,7 @@ def test_what_both_have_must_come_out_again(tmp_path: Path) -> None:
     stored = launched(FEWER, tmp_path)
     last = float(stored.trials["speed"].iloc[-1])
     changed(stored, "speed", np.nextafter(last, 9.0))
-    said = rf"the same flight as the stored trial .* speed is {last!r}, and"
+    said = rf"the same run as the stored trial .* speed is {last!r}, and"
     with pytest.raises(StoreError, match=said):
         relaunch(OTHERS.replace("dispersion,", "speed,"), tmp_path)
     after = StoredStudy("small", tmp_path)

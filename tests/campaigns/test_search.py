@@ -397,7 +397,7 @@ def test_repetitions_need_replicates(tmp_path: Path) -> None:
     with pytest.raises(
         SpecError,
         match=(
-            r'spec.yaml:16: repetitions of a search need .* "replicates" instead of'
+            r'spec.yaml:16: each repetition of a search .* "replicates" instead of'
             r' "seeds"'
         ),
     ):
@@ -487,7 +487,7 @@ def test_a_reference_that_cannot_be_is_said_before_any_work(tmp_path: Path) -> N
     with pytest.raises(
         SpecError,
         match=(
-            r'^spec.yaml:15: reference "usual" cannot be: spec.yaml:16: no point is'
+            r'^spec.yaml:15: reference "usual" is impossible: spec.yaml:16: no point is'
             r" left"
         ),
     ):
@@ -698,7 +698,7 @@ def test_a_launch_goes_on_with_the_repetitions_of_a_stored_search(
 
 
 def test_a_search_has_no_shares(tmp_path: Path) -> None:
-    with pytest.raises(SpecError, match=r"^spec.yaml:6: what trials follow depends on"):
+    with pytest.raises(SpecError, match=r"^spec.yaml:6: the next trials depend on"):
         launch(parse_spec(TINY), tmp_path, Serial(), share=Share(1, 2))
     assert not list(tmp_path.iterdir())
 
@@ -707,7 +707,7 @@ def test_a_sweep_is_not_searched(tmp_path: Path) -> None:
     plain = parse_spec(TINY[: TINY.index("search:")] + "replicates: 2\nseed: 1\n")
     with pytest.raises(
         SpecError,
-        match=r'^spec.yaml:2: has no "search" section: run it with "sweep launch"',
+        match=r'^spec.yaml:2: has no "search" section: run the study with "sweep',
     ):
         search(plain, tmp_path, Serial())
     assert not list(tmp_path.iterdir())
@@ -813,5 +813,5 @@ def test_the_command_searches_reports_and_exports(tmp_path: Path) -> None:
         "elsewhere",
     )
     assert again.returncode == 2
-    assert "which is left as it is" in again.stderr
+    assert "which stays unchanged" in again.stderr
     assert not (tmp_path / "elsewhere").exists(), "said before any work"

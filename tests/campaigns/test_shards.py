@@ -135,7 +135,7 @@ def test_what_excludes_what(
             with Lock(store.place, asked):
                 assert len(store.place.lock.tokens()) == 2
         else:
-            whose = f"share {held} of this study" if held else "this study"
+            whose = f"shard {held} of this study" if held else "this study"
             with pytest.raises(StoreError, match=f"{whose} is being launched by"):
                 Lock(store.place, asked).__enter__()
             assert len(store.place.lock.tokens()) == 1
@@ -233,7 +233,7 @@ def test_a_damaged_part_is_set_aside_by_whoever_comes_first(
     os.truncate(store.folder / "parts" / part.name / "trials.parquet", 10)
     with caplog.at_level(logging.WARNING):
         first = share("1/2", tmp_path)
-    assert "run again with the shares that they belong to" in caplog.text
+    assert "run again with their shards" in caplog.text
     assert store.place.set_aside(part) is None
     assert 0 < first < 40
     assert share("2/2", tmp_path) == 40 - first
@@ -286,7 +286,7 @@ def test_the_command_runs_a_share_and_says_so(
             with suppress(SystemExit):
                 main()
         told.append(capsys.readouterr().err)
-        assert f"small, share {text}: " in told[-1]
+        assert f"small, shard {text}: " in told[-1]
         number += int(re.search(r"(\d+) new trials?\b", told[-1])[1])
     assert number == 6
     assert set(Store(tmp_path / "results" / "small").trial_ids().values()) == {"done"}
@@ -294,7 +294,7 @@ def test_the_command_runs_a_share_and_says_so(
 
 @pytest.mark.parametrize(
     ("text", "said"),
-    [("3", "not of the form 3/16"), ("3/2", "they count from 1/2 to 2/2")],
+    [("3", "not of the form 3/16"), ("3/2", "shards are 1/2 to 2/2")],
 )
 def test_the_command_refuses_what_is_no_share(
     text: str, said: str, capsys: pytest.CaptureFixture[str]
@@ -313,6 +313,6 @@ def test_a_study_whose_trials_depend_on_the_stored_ones_cannot_be_shared(
     rule = "replicates: {until: {metric: speed, half_width: 0.1}, max: 50}"
     study = parse_spec(SMALL.replace("replicates: 3", rule))
     with pytest.raises(
-        SpecError, match=r"spec\.yaml:\d+: .*cannot be launched in shares"
+        SpecError, match=r"spec\.yaml:\d+: .*cannot be launched in shards"
     ):
         launch(study, tmp_path, Serial(), share=Share(1, 2))

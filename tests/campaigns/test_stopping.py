@@ -271,12 +271,13 @@ def test_a_table_shows_the_repeated_interval_and_says_so(
     print_report(means_report(whole, found))
     text = " ".join(capsys.readouterr().out.split())
     assert (
-        "speed: mean ± half width of the repeated 95 % interval, by which the number of"
-        " trials" in text
+        "speed: mean ± half-width of the repeated 95 % confidence interval, which"
+        " decided the number of trials" in text
     )
     assert (
-        "other metrics: mean with the 95 % interval of its distribution (sweep"
-        " metrics), ± half width of Student's, which takes that as given" in text
+        "other metrics: mean with the 95 % confidence interval for the distribution"
+        " (sweep metrics); ± is the half-width of a Student's t interval, valid for"
+        " fixed numbers of trials" in text
     )
 
 
@@ -325,13 +326,13 @@ def test_several_metrics_are_all_narrow_where_a_point_stops(
     assert "settled   4 of 4 points, 4 by half width" in status_text(study)
     print_report(means_report(study, point_means(study)))
     said = " ".join(capsys.readouterr().out.split())
-    assert "flock_radius, speed: mean with the repeated 95 % interval" in said
+    assert "flock_radius, speed: mean with the repeated 95 % confidence" in said
     print_report(means_report(study, point_means(study, by=[])))
     said = " ".join(capsys.readouterr().out.split())
-    assert "which takes the numbers of trials as given" in said
+    assert "valid for fixed numbers of trials" in said
     plan = make_plan(parse_spec(SEVERAL), 2)
     assert (
-        "until the half width of speed is 0.3, of flock_radius is 25% of its mean)"
+        "until the half-width of speed is 0.3, of flock_radius is 25% of its mean)"
         in plan.as_text()
     )
 
@@ -375,8 +376,8 @@ def test_what_is_said_before_during_and_after(
 ) -> None:
     plan = make_plan(parse_spec(GROWING), workers=1)
     assert (
-        "trials     12 to 240 (3 to 60 a point, until the half width of speed is 0.25)"
-        in plan.as_text()
+        "trials     12 to 240 (3 to 60 per point, until the half-width of speed is"
+        " 0.25)" in plan.as_text()
     )
     assert "CPU time   at most about" in plan.as_text()
     with ProgressBar("small") as bar:
@@ -393,7 +394,7 @@ def test_what_is_said_before_during_and_after(
 def test_a_study_of_a_fixed_number_has_no_stopping(tmp_path: Path) -> None:
     study = launched(SMALL, tmp_path)
     assert study.repeated == {}
-    with pytest.raises(ChoiceError, match="study small: its number of trials is fixed"):
+    with pytest.raises(ChoiceError, match="study small: the number of trials is fixed"):
         _ = stopping(study)
 
 
@@ -450,7 +451,7 @@ def test_a_rule_is_read_with_its_defaults() -> None:
         ),
         (
             "{until: {metric: 3, half_width: 1}, max: 50}",
-            '"metric" must be a text, not 3',
+            '"metric" must be a string, not 3',
             0,
         ),
         (
@@ -466,12 +467,12 @@ def test_a_rule_is_read_with_its_defaults() -> None:
         ("{until: {metric: speed}, max: 50}", 'missing key "half_width" in "until"', 0),
         (
             "{until: {half_width: 1}, max: 50}",
-            'needs "metric" with one "half_width", or a mapping from metrics to half',
+            'needs "metric" with one "half_width", or a mapping from metrics to half-',
             0,
         ),
         (
             "{until: {metric: speed, half_width: {speed: 1}}, max: 50}",
-            'needs "metric" with one "half_width", or a mapping from metrics to half',
+            'needs "metric" with one "half_width", or a mapping from metrics to half-',
             0,
         ),
         (
@@ -481,12 +482,12 @@ def test_a_rule_is_read_with_its_defaults() -> None:
         ),
         (
             "{until: {half_width: {speed: 5 percent}}, max: 50}",
-            '"speed" must be a number above 0, in the unit of the metric, or a share',
+            '"speed" must be a number above 0, in the unit of the metric, or a fract',
             0,
         ),
         (
             "{until: {half_width: {speed: 0%}}, max: 50}",
-            '"speed" must be a number above 0, in the unit of the metric, or a share',
+            '"speed" must be a number above 0, in the unit of the metric, or a fract',
             0,
         ),
         (
@@ -517,7 +518,7 @@ def test_a_rule_is_read_with_its_defaults() -> None:
         ),
         (
             "{until: {metric: speed, half_width: 1}, min: 2, max: 50}",
-            '"min" must be a whole number from 3',
+            '"min" must be an integer from 3',
             0,
         ),
         (
@@ -532,7 +533,7 @@ def test_a_rule_is_read_with_its_defaults() -> None:
         ),
         (
             "{until: {metric: speed, half_width: 1}, max: 5.5}",
-            '"max" must be a whole number from 3',
+            '"max" must be an integer from 3',
             0,
         ),
         (
@@ -545,7 +546,7 @@ def test_a_rule_is_read_with_its_defaults() -> None:
             "to 0.999, not 95",
             0,
         ),
-        ("0", '"replicates" must be a whole number from 1', 0),
+        ("0", '"replicates" must be an integer from 1', 0),
     ],
 )
 def test_what_is_wrong_with_a_rule_is_said_with_its_line(
@@ -564,7 +565,7 @@ def test_what_is_wrong_with_a_rule_is_said_with_its_line(
 def test_a_rule_and_seeds_exclude_each_other() -> None:
     with pytest.raises(
         SpecError,
-        match=r'spec.yaml:6: needs either "replicates" \(trials a point\) or "seeds"',
+        match=r'spec.yaml:6: needs either "replicates" \(trials per point\) or "seeds"',
     ):
         parse_spec(
             spec_with("{until: {metric: speed, half_width: 1}, max: 50}")

@@ -88,7 +88,7 @@ def test_plan_counts_without_running(folder: Path) -> None:
         ["separation_weight"],
     )
     text = sweep(folder, "plan", "spec.yaml").stdout
-    assert "trials     6 (3 a point)" in text
+    assert "trials     6 (3 per point)" in text
 
 
 def test_a_bad_spec_is_one_line_exit_code_2_and_nothing_written(tmp_path: Path) -> None:
@@ -235,7 +235,7 @@ def test_a_table_with_another_interval(folder: Path) -> None:
     text = sweep(
         folder, "table", "small", "--metric", "speed", "--interval", "bootstrap"
     ).stdout
-    assert "mean and 95 % interval by the BCa bootstrap" in text
+    assert "mean and 95 % confidence interval by the BCa bootstrap" in text
     assert re.search(r"\d\.\d+ \(\d\.\d+ to \d\.\d+\)", text)
 
 
@@ -312,7 +312,7 @@ def test_failed_trials_make_exit_code_1_and_show_how_to_replay(
     ):
         main()
     assert errors.getvalue() == (
-        f"small: this trial has failed: RuntimeError: {caught.value}\n"
+        f"small: the trial has failed: RuntimeError: {caught.value}\n"
     )
 
 
@@ -320,7 +320,7 @@ def test_replay_gives_the_stored_bits(folder: Path) -> None:
     trial = str(pd.read_json(StringIO(table_of(folder)))["trial_id"][2])
     done = sweep(folder, "replay", "small", trial)
     assert done.returncode == 0, done.stdout
-    assert "equal to what is stored, to the last bit" in done.stdout
+    assert "bitwise identical to the stored values" in done.stdout
     assert sweep(folder, "replay", "small", trial[:12]).stdout == done.stdout
 
 
@@ -354,7 +354,7 @@ def test_the_settings_of_a_model_are_listed(folder: Path) -> None:
     assert "perception_range" in shown
     assert "degrees" in shown
     below = " ".join(shown[shown.index("Differs from robot to robot") :].split())
-    refused = 'setting "dt_spread" cannot be used'
+    refused = 'parameter "dt_spread" cannot be used'
     spec = "study: a\nmodel: aziel_chen2025\nreplicates: 1\nfixed: {dt_spread: 1}\n"
     (folder / "differing.yaml").write_text(spec, encoding="utf-8")
     said = sweep(folder, "plan", "differing.yaml").stderr
@@ -369,8 +369,8 @@ def test_the_settings_of_a_model_are_listed(folder: Path) -> None:
         (
             "nguyen2024",
             [
-                "The torus of preset as_run wraps positions only: boids do not see each"
-                " other across its borders"
+                "The torus of preset as_run wraps positions only: boids do not"
+                " perceive each other across the borders"
             ],
         ),
         ("vicsek1995", []),
@@ -404,7 +404,8 @@ def test_ctrl_c_keeps_what_is_done_and_the_same_command_goes_on(tmp_path: Path) 
         _, errors = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130, errors
     assert errors.endswith(
-        "interrupted; what is done is stored, and the same command goes on from there\n"
+        "interrupted; finished trials are stored, and the same command resumes the"
+        " run\n"
     ), errors
     assert "Traceback" not in errors
     stored = json.loads(sweep(tmp_path, "status", "small", "--json").stdout)["statuses"]

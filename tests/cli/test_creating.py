@@ -105,8 +105,8 @@ def test_no_file_is_replaced_and_all_that_are_there_are_named(tmp_path: Path) ->
     done = sweep(tmp_path, "new", "model", "eddy")
     assert done.returncode == 2
     assert done.stderr == (
-        "eddy.yaml, test_eddy.py: there already, and nothing is replaced; another name"
-        " or --folder keeps them apart\n"
+        "eddy.yaml, test_eddy.py: exists already, and no file is replaced; use another"
+        " name or --folder\n"
     )
     assert names(tmp_path) == ["eddy.yaml", "test_eddy.py"]
     assert (tmp_path / "test_eddy.py").read_text() == "mine"
@@ -119,7 +119,7 @@ def test_no_file_is_replaced_and_all_that_are_there_are_named(tmp_path: Path) ->
     ("arguments", "message"),
     [
         (("modle", "eddy"), 'unknown kind of code "modle"; did you mean "model"?'),
-        (("model", "a-b"), 'and is no word of expressions; did you mean "a_b"?'),
+        (("model", "a-b"), 'but no word of expressions; did you mean "a_b"?'),
         (("model", "Eddy"), 'did you mean "eddy"?'),
         (("model", "2d"), 'did you mean "my_2d"?'),
         (("model", "class"), 'did you mean "my_class"?'),
@@ -127,19 +127,19 @@ def test_no_file_is_replaced_and_all_that_are_there_are_named(tmp_path: Path) ->
         (("model", "wirbelstärke"), 'did you mean "wirbelst_rke"?'),
         (("model", "n" * 61), f'did you mean "{"n" * 60}"?'),
         (("metric", "seed"), 'of that name; did you mean "my_seed"?'),
-        (("metric", "gain_mean"), "tables have columns of that name\n"),
+        (("metric", "gain_mean"), "tables have a column of that name\n"),
         (
             ("model", "nguyen2024"),
-            'the model "nguyen2024" is built in: one of your',
+            'the model "nguyen2024" is built in: give the custom',
         ),
         (("metric", "speed"), 'speed.py: the metric "speed" is built in'),
-        (("metric", "width"), 'there is a setting "width" already'),
+        (("metric", "width"), 'there is a parameter "width" already'),
         (("map", "maze"), 'the map "maze" is built in'),
         (("model", "random"), "would hide the module random, which is installed"),
         (("model", "sys"), "would hide the module sys, which is installed"),
         (("model", "numpy"), "would hide the module numpy, which is installed"),
         (("model", "kernels"), "would hide the module kernels, which is installed"),
-        (("model", "parts"), "results use the name parts themselves"),
+        (("model", "parts"), "the name parts is reserved for results"),
         (("model", "eddy", "--folder", "no"), "no: there is no such folder"),
     ],
 )
@@ -160,6 +160,6 @@ def test_a_name_of_another_package_is_said_with_its_owner(
     monkeypatch.setitem(BUILT_IN.models.origins, "eddy", "swirling 1.0")
     done = sweep(tmp_path, "new", "model", "eddy")
     assert done.stderr == (
-        'eddy.py: the model "eddy" is of swirling 1.0: one of your own needs another'
+        'eddy.py: the model "eddy" is of swirling 1.0: give the custom model another'
         " name\n"
     )

@@ -87,7 +87,7 @@ def test_a_word_that_is_no_topic_leads_to_those_that_have_it(tmp_path: Path) -> 
     assert 'unknown topic (see `sweep guide`) "polarisations torus"' in done.stderr
     done = sweep(tmp_path, "guide", "mirrored")
     assert (done.returncode, done.stdout) == (2, "")
-    assert 'no topic is called "mirrored"; these have it' in done.stderr
+    assert 'no topic is called "mirrored"; topics that contain' in done.stderr
     assert "boundaries-of-the-world" in done.stderr
 
 
@@ -106,7 +106,7 @@ def test_a_search_prints_topic_heading_and_line(
     [
         (("polarisations", "torus"), 'has "polarisations torus"; did you mean "polar'),
         (("qqqqqqqq",), 'no paragraph of the guide has "qqqqqqqq"\n'),
-        ((), "--search needs a word, as in `sweep guide --search torus`"),
+        ((), "--search needs a word, such as in sweep guide --search torus"),
     ],
 )
 def test_a_search_that_finds_nothing_is_one_line(

@@ -226,13 +226,13 @@ def test_the_validity_of_conclusions(folder: Path) -> None:
     asked = "validate: {dt: [1/2], search: all_pairs, update: both}\n"
     (folder / "held.yaml").write_text(spec + asked)
     planned = sweep(folder, "plan", "held.yaml").stdout
-    assert planned.count("trials     6 (3 a point)") == 4
+    assert planned.count("trials     6 (3 per point)") == 4
     assert sweep(folder, "launch", "held.yaml").returncode == 0
     run = sweep(folder, "validity", "held", "--json")
     found = agree(run.stdout, chapters()["sweep validity --json"])
     assert [one["same_bits"] for one in found["variants"]] == [None, 6, None]
     text = sweep(folder, "validity", "held").stdout
-    assert "all pairs: 6 of 6 trials have the same bits" in text
+    assert "all pairs: 6 of 6 trials bitwise identical" in text
     assert "6 conclusions: not decided 6" in text
     table = sweep(folder, "validity", "held", "--csv").stdout
     assert table.startswith("metric,unit,axis,separation_weight,against,variant")

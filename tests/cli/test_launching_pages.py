@@ -98,7 +98,7 @@ def assert_gone(process: "subprocess.Popen[str]", url: str) -> None:
 def test_the_page_of_a_launch_stays_until_ctrl_c(folder: Path) -> None:
     words = ("launch", "spec.yaml", "--show", "--no-open", "--workers", "1")
     with started(folder, *words) as process:
-        stays = "the page stays open; Ctrl-C ends it"
+        stays = "the explorer stays open until Ctrl-C"
         url, _ = lines_with(process, "http://", stays)
         assert url.endswith("#study=small")
         assert asked(url, "state?study=small")["counts"] == {"done": 6}
@@ -131,27 +131,27 @@ def test_the_page_ends_with_a_launch_that_is_ended(
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["launch", "spec.yaml", "--no-open"], "--no-open: is for a page; add --show"),
+        (["launch", "spec.yaml", "--no-open"], "--no-open: needs --show"),
         (["launch", "spec.yml", "--show"], "spec.yml: no such file"),
         (["show", "--launch", "lacking.yaml"], "lacking.yaml: no such file"),
-        (["show", "--launch", "bad.yaml"], 'bad.yaml:5: unknown setting "stepps"'),
+        (["show", "--launch", "bad.yaml"], 'bad.yaml:5: unknown parameter "stepps"'),
         (["show", "other", "--launch", "spec.yaml"], "other: no study has been"),
         (
             ["show", "small", "--to", "x.html", "--launch", "spec.yaml"],
-            "--launch: for a page that is served",
+            "--launch: is for the explorer",
         ),
-        (["view", "--launch", "spec.yaml"], "--launch spec.yaml: is there already"),
+        (["view", "--launch", "spec.yaml"], "--launch spec.yaml: exists already"),
         (
             ["view", "spec.yaml", "--launch", "long.yaml"],
-            "--launch long.yaml: is there already",
+            "--launch long.yaml: exists already",
         ),
         (
             ["view", "spec.yaml", "--launch", "deeper/new.yaml"],
-            "--launch deeper/new.yaml: must lie in the folder .",
+            "--launch deeper/new.yaml: must be in the folder .",
         ),
         (
             ["view", "small", "--launch", "new.yaml"],
-            "--launch new.yaml: small is stored: sweep show small --launch SPEC",
+            "--launch new.yaml: small is a stored study; use sweep show small --launch",
         ),
     ],
 )

@@ -86,7 +86,8 @@ def test_every_command_says_which_studies_there_are(folder: Path, command: str) 
         f"results/group: {missing} here. Below it: {there}"
     )
     assert said(folder, command, *of("small"), "--results", "nowhere") == (
-        "nowhere: no such folder of results; name another one, or launch a study first"
+        "nowhere: no such folder of results; choose another folder, or launch a study"
+        " first"
     )
 
 
@@ -115,11 +116,11 @@ def test_a_study_in_place_of_a_spec_says_how_to_launch_it(
     folder: Path, command: str
 ) -> None:
     assert said(folder, command, "group/small") == (
-        "group/small: no such file; a spec is a YAML file, as NAME.yaml, and"
-        " group/small is a stored study: sweep launch small.yaml launches it on"
+        "group/small: no such file; a spec is a YAML file, NAME.yaml, and"
+        " group/small is a stored study: sweep launch small.yaml resumes the study"
     )
     assert said(folder, command, "none.yaml") == "none.yaml: no such file"
-    assert said(folder, command, "none").endswith("a spec is a YAML file, as NAME.yaml")
+    assert said(folder, command, "none").endswith("a spec is a YAML file, NAME.yaml")
 
 
 def test_code_in_place_of_a_spec_or_a_model_says_how_it_is_named(
@@ -127,12 +128,12 @@ def test_code_in_place_of_a_spec_or_a_model_says_how_it_is_named(
 ) -> None:
     assert sweep(tmp_path, "new", "model", "vortex").returncode == 0
     assert said(tmp_path, "launch", "vortex.py") == (
-        "vortex.py: this is code, and a spec is a YAML file that names it, as"
+        "vortex.py: is code, but a spec is a YAML file that names the code with"
         ' "model: ./vortex.py"'
     )
     for command in (("models",), ("warm",), ("init", "new.yaml", "--model")):
         assert said(tmp_path, *command, "vortex") == (
-            'unknown model "vortex"; that of the file is named ./vortex.py'
+            'unknown model "vortex"; to use the file, write ./vortex.py'
         )
 
 
@@ -150,7 +151,7 @@ def test_a_study_whose_spec_is_not_here_has_a_copy_of_it(
     monkeypatch.chdir(tmp_path)
     given = ("launch", "group/small", "--results", str(folder / "results"))
     copy = folder / "results" / "group" / "small" / "spec.yaml"
-    assert said(tmp_path, *given).endswith(f": to launch it on, copy {copy}")
+    assert said(tmp_path, *given).endswith(f": to resume the study, copy {copy}")
 
 
 def test_a_loaded_study_that_is_renamed_names_no_file_of_the_sender(
@@ -161,16 +162,17 @@ def test_a_loaded_study_that_is_renamed_names_no_file_of_the_sender(
     renamed = sweep(tmp_path, "rename", "theirs", "ours").stderr
     for said_then, name in ((loaded, "theirs"), (renamed, "ours")):
         assert said_then == (
-            f"to launch it on, copy results/{name}/spec.yaml and change the line"
-            f' "study: group/small" of the copy to "study: {name}": without that a'
-            " launch begins group/small\n"
+            f"to resume the study, copy results/{name}/spec.yaml and change the line"
+            f' "study: group/small" of the copy to "study: {name}"; without the change'
+            " a launch starts study group/small\n"
         )
 
 
 def test_a_folder_without_studies_is_no_mistake_and_none_is_one(tmp_path: Path) -> None:
     assert said(tmp_path, "list", "--results", "nowhere").startswith("nowhere: no such")
     (tmp_path / "file").touch()
-    assert said(tmp_path, "list", "--results", "file").startswith("file: is no folder")
+    listed = said(tmp_path, "list", "--results", "file")
+    assert listed.startswith("file: is not a folder")
     (tmp_path / "results").mkdir()
     done = sweep(tmp_path, "list")
     assert (done.returncode, done.stdout) == (0, "")

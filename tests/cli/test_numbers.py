@@ -74,12 +74,12 @@ def test_what_is_allowed_is_said(folder: Path) -> None:
     for words, said in (
         (
             "verify small --fraction nan",
-            "fraction: nan; allowed: from 0 to 1, as 0.01",
+            "fraction: nan; allowed: 0 to 1, such as 0.01",
         ),
-        ("launch small.yaml --shard 0/0", "no share 0/0: they count from 1/1 on"),
+        ("launch small.yaml --shard 0/0", "no shard 0/0: shards are 1/1 and higher"),
         (
             "replay small TRIAL --every 10",
-            "every: 10; allowed: 0, or up to 9, the steps",
+            "every: 10; allowed: 0 to 9, the number of steps",
         ),
     ):
         given = words.replace("TRIAL", _trial(folder)).split()

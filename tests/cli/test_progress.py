@@ -54,8 +54,8 @@ def test_one_trial_is_one(clock: Clock, capsys: pytest.CaptureFixture[str]) -> N
     said = [*capsys.readouterr().err.splitlines(), bar.summary(progress, "results")]
     assert said == [
         "small: 1 trial, 0 of them stored already",
-        "small: 1 stored trial of another version of the spec or of the kernels: kept,"
-        " and left out of the tables",
+        "small: 1 stored trial of another version of the spec or of the code: kept,"
+        " but not in the tables",
         "small: 1 of 1 trial",
         "small: 1 new trial (1 done) in 20.0 s; 1 trial in results",
     ]

@@ -99,7 +99,7 @@ def test_no_study_of_ones_own_is_called_as_a_built_in_one() -> None:
 def test_the_next_commands_are_said(tmp_path: Path) -> None:
     done = sweep(tmp_path, "init", "aziel_chen2025/search_cafeteria", "wide.yaml")
     assert done.stderr.splitlines() == [
-        "wide.yaml: study my/wide, as aziel_chen2025/search_cafeteria",
+        "wide.yaml: study my/wide, from aziel_chen2025/search_cafeteria",
         "  sweep plan wide.yaml",
         "  sweep search wide.yaml",
     ]
@@ -133,7 +133,7 @@ def test_tables_that_a_spec_names_are_copied(tmp_path: Path) -> None:
     assert done.stderr.startswith("one_at_a_time.yaml, one_at_a_time.csv: study my/one")
     assert table.read_bytes() == built_in
     done = sweep(tmp_path, "init", TABLE, "again.yaml")  # the table is there already
-    assert done.stderr.startswith("again.yaml: study my/again, as nanobot/one_at_a")
+    assert done.stderr.startswith("again.yaml: study my/again, from nanobot/one_at_a")
 
 
 @pytest.mark.parametrize(
@@ -182,7 +182,7 @@ def test_a_study_of_an_own_model_is_begun_beside_it_and_runs(tmp_path: Path) -> 
     done = sweep(tmp_path, "init", "--model", "./eddy.py")
     assert (done.returncode, done.stderr.splitlines()[0]) == (
         0,
-        "eddy.yaml: study my/eddy, as ./eddy.py",
+        "eddy.yaml: study my/eddy, from ./eddy.py",
     )
     spec = tmp_path / "eddy.yaml"
     text = spec.read_text(encoding="utf-8")
@@ -210,8 +210,8 @@ def test_a_study_of_an_own_model_is_begun_beside_it_and_runs(tmp_path: Path) -> 
         (("a.yaml",), "; a new file alone needs --model MODEL"),
         (("a.yaml", "--model", "nguyen"), 'did you mean "nguyen2024"?'),
         (("--model", "nanobot", "--preset", "as_rum"), 'did you mean "as_run"?'),
-        (("a.yaml", "--preset", "as_run"), "add --model"),
-        (("nanobot/rules", "a.yaml", "--model", "nanobot"), "a file alone, a.yaml"),
+        (("a.yaml", "--preset", "as_run"), "--preset: needs --model"),
+        (("nanobot/rules", "a.yaml", "--model", "nanobot"), "only a file, a.yaml"),
         (("a.txt", "--model", "nanobot"), 'a.txt: unknown kind of file ".txt"'),
         (("--model", "./none.py"), "none.py"),
     ],

@@ -19,8 +19,8 @@ def test_after_a_renaming_it_is_said_what_to_write_into_the_spec(folder: Path) -
     done = sweep(folder, "rename", "small", "other")
     assert (done.returncode, done.stdout) == (0, "results/other\n")
     assert done.stderr == (
-        'the spec small.yaml has the study small: write "study: other" there, or its'
-        " next launch begins that study anew\n"
+        'the spec small.yaml has the study small: write "study: other" in the spec,'
+        " or the next launch starts study small from the beginning\n"
     )
     (folder / "small.yaml").write_text(SMALL.replace("study: small", "study: other"))
     assert "nothing was missing" in sweep(folder, "launch", "small.yaml").stderr
@@ -45,7 +45,7 @@ def test_a_study_is_removed_after_a_yes_alone(folder: Path) -> None:
     shown = sweep(folder, "rm", "small", "--dry-run")
     assert (shown.returncode, shown.stderr) == (0, "")
     assert (
-        "study      small\nplace      results/small\ngo         6 stored trials\n"
+        "study      small\nlocation   results/small\ngo         6 stored trials\n"
         in (shown.stdout)
     )
     refused = sweep(folder, "rm", "small")

@@ -55,7 +55,7 @@ def test_the_command_gives_the_bits_of_a_launch_here_and_refuses_workers_of_othe
         ), done.stderr
         again = "verify", "small", *words[2:], made.address, "--fraction", "1"
         verified = sweep(tmp_path, *again, "--results", "there")
-        assert "6 of 6 the same" in verified.stdout, verified.stderr
+        assert "6 of 6 bitwise identical" in verified.stdout, verified.stderr
         made.start_worker(PYTHONPATH=str(edited_copy(tmp_path)))
         until(lambda: "Registered to" in log(made, 2), "another worker joins")
         refused = sweep(tmp_path, *words, made.address, "--results", "elsewhere")
@@ -271,7 +271,7 @@ def test_a_late_joiner_of_several_threads_or_of_other_code_is_refused_by_name(
         )
         joining.start()
         words = (
-            r"as trials hold Python's lock: tcp://\S+ has 2"
+            r"because trials hold Python's lock: tcp://\S+ has 2"
             if several
             else r"tcp://\S+ has another .* sweep/trial/simulation.py"
         )

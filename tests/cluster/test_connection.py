@@ -91,7 +91,7 @@ def test_one_that_is_lost_again_and_again_is_given_up(
     launch = dask(line)
     launch.connect()
     with pytest.raises(
-        WorkersError, match=r"has been away for 0 minutes .*the same command goes on"
+        WorkersError, match=r"has been away for 0 minutes .*the same command resumes"
     ):
         runner_jobs.run_all(range(6), square, launch)
     assert len(asked) == 3
@@ -119,7 +119,7 @@ def test_what_is_no_scheduler_is_refused_soon(
         answering.start()
         address = f"tcp://{HERE}:{server.getsockname()[1]}"
         words = (
-            "something else than a scheduler"
+            "the program that answers is not a dask scheduler"
             if said
             else f"no dask scheduler answers at {address}: "
         )
@@ -148,4 +148,4 @@ def test_that_others_may_reach_a_scheduler_is_said_once(
     for _ in range(2):
         launch.connect()
         launch.stop()
-    assert caplog.text.count("not encrypted, and open to whoever reaches it") == 1
+    assert caplog.text.count("the connection is not encrypted: anybody who can") == 1

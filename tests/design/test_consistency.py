@@ -36,11 +36,11 @@ def refused(spec: str) -> str:
         ),
         (
             "start_radius: 9, start_center_x: -1",
-            "spec.yaml:5: the centre of the start lies outside the world",
+            "spec.yaml:5: the centre of the start is outside the world",
         ),
         (
             "minimum_image: true, borders: open",
-            "spec.yaml:5: minimum_image is for a torus",
+            "spec.yaml:5: minimum_image needs periodic boundaries",
         ),
     ],
 )
@@ -52,8 +52,8 @@ def test_a_potential_needs_a_model_that_has_one() -> None:
     message = refused(SMALL.replace("series: [speed]", "series: [speed, potential]"))
     assert (
         message
-        == 'spec.yaml:10: metric "potential" is for models with a pair potential:'
-        " patel2023, nanobot"
+        == 'spec.yaml:10: metric "potential" needs a model with a pair potential.'
+        " Allowed: patel2023, nanobot"
     )
 
 
@@ -112,7 +112,7 @@ def test_all_that_does_not_go_together_is_said_at_once() -> None:
     spec = "study: x\nmodel: vicsek1995\nreplicates: 1\nfixed: {" + fixed + "}\n"
     said = refused(spec).splitlines()
     assert [words.partition(": ")[2].split()[0] for words in said] == [
-        *("start_margin", "motor_min_speed", "sensing_delay", "boids"),
+        *("start_margin", "motor_min_speed", "sensing_delay", "occlusion"),
     ]
 
 
@@ -271,6 +271,6 @@ def test_a_declaration_is_what_is_to_change_where_the_source_has_the_call(
     with pytest.raises(SpecError) as error:
         expand(load_spec(path))
     assert str(error.value).endswith(
-        f"and vortex declares {ability}=False: declare {ability}=True in its Model,"
-        " and see docs/own-models.md"
+        f"but vortex declares {ability}=False: declare {ability}=True in its Model;"
+        " see docs/own-models.md"
     )

@@ -217,13 +217,13 @@ MISTAKES = [
     (
         ["sweep: {n: [1, 2], steps: [3]}", "derive: {drag: n + steps}"],
         (
-            '7: "n + steps": 4.0 is not allowed for drag: it is a number from 0 to 1'
+            '7: "n + steps": 4.0 is not allowed for drag; allowed: a number from 0 to 1'
             " where n = 1, steps = 3"
         ),
     ),
     (
         ["sweep: {n: [1, 3]}", "derive: {steps: n / 2}"],
-        '7: "n / 2": 0.5 is not allowed for steps: it is a whole number',
+        '7: "n / 2": 0.5 is not allowed for steps; allowed: an integer',
     ),
     (
         ["require: ['1 / n_obstacles > 0']", "fixed: {n_obstacles: 0}"],
@@ -276,8 +276,8 @@ def test_absurd_number_of_trials_is_refused() -> None:
 
 
 WRAPS = (
-    "the torus of preset as_run wraps positions only: boids do not see each other"
-    " across its borders; with `minimum_image: true` they do"
+    "the torus of preset as_run wraps positions only: boids do not perceive each"
+    " other across the borders; with `minimum_image: true` they do"
 )
 IDLE = "nearest changes nothing: no point has neighbours == 'nearest'"
 NOISE = "changes nothing: no point has position_noise > 0 or velocity_noise > 0"
@@ -329,7 +329,7 @@ def test_what_a_setting_waits_for_is_a_condition_on_others() -> None:
     for model in BUILT_IN.models:
         known = settings_of(model, BUILT_IN)
         waits = {name: one.only_where for name, one in known.items() if one.only_where}
-        assert len(waits) == 12
+        assert len(waits) == 18
         for name, one in waits.items():
             assert name not in parse(one.condition, known).names
 
@@ -420,7 +420,7 @@ def test_the_torus_of_a_preset_is_the_same_on_the_way_to_another(
 
 def test_borders_that_are_swept_come_before_what_asks_for_them() -> None:
     keys = "sweep:\n  drag: {values: [0], when: minimum_image}\n  borders: [torus]\n"
-    with pytest.raises(SpecError, match='when cannot use "borders" here: it is swept'):
+    with pytest.raises(SpecError, match='when cannot use "borders" here'):
         short_study(keys)
 
 
@@ -477,16 +477,16 @@ SHORTER = "fixed: {width: 80, height: 90, map: empty, borders: bounded"
         (
             SHORTER + "}\nrecord: {metrics: [flock_count, boids_lost, fusions, speed]}",
             [
-                "flock_range is 50 px, more than half of the world, 40 px: what boids"
-                " do hardly changes flock_count, boids_lost, fusions"
+                "flock_range is 50 px, more than half of the world, 40 px: the motion"
+                " of boids hardly changes flock_count, boids_lost, fusions"
             ],
         ),
         (
             SHORTER + ", contact_distance: 41}\nrecord: {metrics: [pair_collisions,"
             " in_contact_of_working, escapes]}",
             [
-                "contact_distance is 41 px, more than half of the world, 40 px: what"
-                " boids do hardly changes pair_collisions, in_contact_of_working"
+                "contact_distance is 41 px, more than half of the world, 40 px: the"
+                " motion of boids hardly changes pair_collisions, in_contact_of_working"
             ],
         ),
         (SHORTER + "}\nrecord: {metrics: [polarization]}", []),
@@ -500,8 +500,8 @@ SHORTER = "fixed: {width: 80, height: 90, map: empty, borders: bounded"
             "sweep: {borders: [open]}\nfixed: {width: 80, height: 90, map: empty}\n"
             "record: {metrics: [flock_count]}",
             [
-                "flock_range is 50 px, more than half of the world, 40 px: what boids"
-                " do hardly changes flock_count"
+                "flock_range is 50 px, more than half of the world, 40 px: the motion"
+                " of boids hardly changes flock_count"
             ],
         ),
     ],

@@ -76,14 +76,14 @@ def test_what_is_no_list_of_places_is_refused(goals: str) -> None:
         parse_spec(spec(goals))
     said = str(error.value)
     assert said.startswith("spec.yaml:4: ")
-    assert "is not allowed for next_goals: it is a list of up to 100 places" in said
+    assert "for next_goals; allowed: a list of up to 100 positions" in said
 
 
 def test_a_goal_outside_of_the_world_is_refused() -> None:
     with pytest.raises(SpecError) as error:
         expand(parse_spec(spec("[[1, 2], [801, 3]]")))
     assert (
-        "spec.yaml:4: goal 3, at (801, 3) in next_goals, lies outside the world"
+        "spec.yaml:4: goal 3, at (801, 3) in next_goals, is outside the world"
         in str(error.value)
     )
     assert expand(parse_spec(spec("[[0, 600], [800, 0]]"))).n_points == 1
@@ -96,7 +96,7 @@ def test_a_model_that_knows_one_goal_or_none_is_refused(model: str) -> None:
     with pytest.raises(SpecError) as error:
         expand(parse_spec(text))
     assert (
-        f"spec.yaml:4: next_goals needs a model that goes to several goals, and {model}"
+        f"spec.yaml:4: next_goals needs a model that goes to several goals, but {model}"
         " calls no `goal_of`" in str(error.value)
     )
     assert expand(parse_spec(spec("[]", model))).n_points == 1
@@ -130,7 +130,7 @@ def test_a_model_of_ones_own_may_have_several_goals(tmp_path: Path) -> None:
         encoding="utf-8",
     )
     with pytest.raises(
-        SpecError, match="=False: declare goals_in_turn=True in its Model, and see"
+        SpecError, match="=False: declare goals_in_turn=True in its Model; see"
     ):
         expand(load_spec(path))
     text = text.replace("goals_in_turn=False", "goals_in_turn=True")

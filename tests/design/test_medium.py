@@ -27,8 +27,8 @@ record: {{metrics: [speed]}}
         ("gust: 1e300", "spec.yaml:4: wind and gusts must be finite"),
         ("gust: -1", "spec.yaml:4: -1 is not allowed for gust"),
         ("gust_time: -1", "spec.yaml:4: -1 is not allowed for gust_time"),
-        ("borders: torus, width: 100, wind_x: -101", "carry a boid farther in"),
-        ("borders: bounded, height: 100, gust: 10.1", "farther in one step than the"),
+        ("borders: torus, width: 100, wind_x: -101", "move a boid in one step"),
+        ("borders: bounded, height: 100, gust: 10.1", "a boid in one step by more"),
     ],
 )
 def test_a_wind_that_cannot_be_is_refused(settings: str, said: str) -> None:
@@ -63,5 +63,5 @@ def test_a_model_that_does_not_publish_is_told_which_line_to_change(
     with pytest.raises(SpecError) as error:
         expand(load_spec(path))
     said = str(error.value)
-    assert f"spec.yaml:3: {name} needs a model that lets the medium carry its" in said
+    assert f"spec.yaml:3: {name} needs a model that lets the wind carry" in said
     assert "write publish(flock, others, work) for remember(flock, others)" in said

@@ -29,10 +29,10 @@ def refused(text: str) -> str:
     [
         (
             "dt: 0.3, sensing_delay: 1",
-            "sensing_delay must be a whole number of steps of dt: 0.9 or 1.2, not 1"
+            "sensing_delay = 1 is not a multiple of dt (use 0.9 or 1.2)"
             " where dt = 0.3, sensing_delay = 1.0",
         ),
-        ("sensing_period: 2.5", "sensing_period must be a whole number of steps"),
+        ("sensing_period: 2.5", "sensing_period = 2.5 is not a multiple of dt"),
         ("position_noise: .inf", "position_noise must be finite"),
         ("sensing_delay: .inf", "sensing_delay must be finite"),
         (
@@ -43,14 +43,14 @@ def refused(text: str) -> str:
         ("sensing_delay: 1e300", "sensing_delay must be at most 2^53 steps of dt"),
         (
             "sensing_delay: 1000000",
-            "the messages of 12 boids that are under way need more than 256 MiB: a"
-            " sensing_delay up to 699049 fits",
+            "messages in transit between 12 boids need more than 256 MiB; allowed:"
+            " sensing_delay up to 699049",
         ),
         (
             "noise_form: coupled, position_noise: 1",
             "coupled errors need position_noise, velocity_noise and noise_time above 0",
         ),
-        ("occlusion: both", "boids that hide others need a body_radius above 0"),
+        ("occlusion: both", "occlusion by boids needs a body_radius above 0"),
     ],
 )
 def test_senses_that_cannot_be_are_refused(settings: str, said: str) -> None:
@@ -130,5 +130,5 @@ def test_a_model_whose_boids_do_not_measure_is_told_which_line_to_change(
     with pytest.raises(SpecError) as error:
         expand(load_spec(path))
     said = str(error.value)
-    assert f"spec.yaml:3: {named} needs a model whose boids measure and hear" in said
+    assert f"spec.yaml:3: {named} needs a model with sensing and communication" in said
     assert f"in vortex.py:{line} write publish(flock, others, work) for" in said

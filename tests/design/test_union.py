@@ -85,30 +85,30 @@ sweep:
         ("sweep: [{n: [3]}, 5]", '6: "sweep" must be a mapping'),
         (
             "sweep:\n  - {n: [3]}\n  - {m: [3]}\n  - {speed: [3]}",
-            '8: unknown setting "m".*\n.*9: unknown setting "speed"',
+            '8: unknown parameter "m".*\n.*9: unknown parameter "speed"',
         ),
         (
             "fixed: {n: 3}\nsweep:\n  - {drag: [0]}\n  - {n: [3]}",
-            '9: "n" has a value already, under fixed.n',
+            '9: "n" already has a value, under fixed.n',
         ),
         (
             "sweep:\n  - {n: [3]}\n"
             "  - {steps: {values: [1], when: drag > 0}, drag: [1]}",
-            '8: when cannot use "drag" here: it is swept by drag',
+            '8: when cannot use "drag" here: "drag" is swept by drag',
         ),
         (
             "sweep:\n  - {n: [3]}\n  - {all: {ablate: as_written}}",
-            '8: "all" ablates, which one design alone can',
+            '8: "all" has ablate, which excludes several designs',
         ),
         (
             "sweep:\n  - {n: [3]}\n  - g: {sample: morris, points: 2,"
             " drag: {uniform: [0, 1]}, cohesion_weight: {uniform: [0, 1]}}",
-            '8: "g" is a morris sample, which counts only whole',
+            '8: "g" is a morris sample, which excludes several designs',
         ),
         (
             "sweep:\n  - both: {zip: {n: [3], steps: [1]}}\n"
             "  - both: {zip: {n: [3], drag: [1]}}",
-            '8: "both" is an axis of another design too',
+            '8: "both" is also an axis of another design',
         ),
     ],
 )
@@ -127,7 +127,7 @@ def test_tables_have_all_points_and_samples_are_not_analysed(tmp_path: Path) -> 
     assert len(study.points) == 4
     assert study.varied == ["separation_weight", "cohesion_weight"]
     assert list(study.axes) == ["cohesion_weight", "separation_weight"]
-    with pytest.raises(ChoiceError, match="its points are those of 2 designs"):
+    with pytest.raises(ChoiceError, match="the study joins 2 designs"):
         sensitivity(study, "speed")
 
 

@@ -258,9 +258,9 @@ def test_the_spec_of_a_trial_launches_it_again() -> None:
     [
         ([], 'lacks the key "study"'),
         ([("study", "small"), ("stduy", "a")], "unknown key of the question"),
-        ([("study", "a"), ("study", "b")], "study stands 2 times; allowed: once"),
-        ([("study", "a"), ("page", "-1")], "a whole number from 0"),
-        ([("study", "a"), ("page", "9" * 30)], "a whole number from 0"),
+        ([("study", "a"), ("study", "b")], "study occurs 2 times; allowed: once"),
+        ([("study", "a"), ("page", "-1")], "an integer from 0"),
+        ([("study", "a"), ("page", "9" * 30)], "an integer from 0"),
         ([("study", "a"), ("half", "maybe")], "allowed: yes, no"),
         ([("study", "a" * (MOST_CHARACTERS + 1))], "characters"),
         ([("study", "a"), *[("metric", "x")] * (MOST_VALUES + 1)], "more than 100"),

@@ -118,12 +118,12 @@ def test_an_address_asks_for_what_it_was_made_of() -> None:
     ("pairs", "words"),
     [
         ([("b", "grid:borders=bonded")], 'did you mean "bounded"'),
-        ([("b", "grid:borders=torus")], "the same trials"),
+        ([("b", "grid:borders=torus")], "identical trials"),
         ([("b", "gird")], "gird"),
         ([("margin", "wide")], 'margin is "wide"; allowed: a finite number'),
         ([("margin", "inf")], "allowed: a finite number"),
         ([("margin", "-1"), ("metric", "speed")], "allowed: a number above 0"),
-        ([("margin", "1")], "a margin is in the unit of one metric"),
+        ([("margin", "1")], "a margin is in the unit of a single metric"),
         ([("confidence", "2")], "allowed: from 0.5 to below 1"),
         ([("together", "hulm")], 'did you mean "holm"'),
         ([("metric", "sped")], 'did you mean "speed"'),
@@ -303,19 +303,19 @@ def test_a_scorecard_shows_no_other_file(
     (tmp_path / "secret.png").write_bytes(b"secret")
     (tmp_path / "results").mkdir()
     folder = _edited(judged, tmp_path / "results", picture=path)
-    with pytest.raises(StoreError, match="is no figure below"):
+    with pytest.raises(StoreError, match="is not a figure below"):
         told(folder, "picture", ("study", "tiny"), ("claim", "start-speed"))
 
 
 @pytest.mark.parametrize(
     ("text", "words"),
-    [("[]", "the entries that it should"), ("{", "reproduce again"), ("", "reproduce")],
+    [("[]", "the required entries"), ("{", "reproduce again"), ("", "reproduce")],
 )
 def test_a_damaged_scorecard_is_refused(text: str, words: str, tmp_path: Path) -> None:
     (tmp_path / SCORECARD[-1]).write_text(text, "utf-8")
     with pytest.raises(StoreError, match=words):
         told(tmp_path, "scorecard")
-    with pytest.raises(StoreError, match="sweep reproduce writes it"):
+    with pytest.raises(StoreError, match="run sweep reproduce"):
         told(tmp_path, "scorecard", ("scale", "quick"))
     with pytest.raises(ChoiceError, match='did you mean "quick"'):
         told(tmp_path, "scorecard", ("scale", "quik"))
@@ -324,12 +324,12 @@ def test_a_damaged_scorecard_is_refused(text: str, words: str, tmp_path: Path) -
 @pytest.mark.parametrize(
     ("words", "told_by"),
     [
-        (("small", "--margin", "1"), "for two sides; sweep show A B"),
+        (("small", "--margin", "1"), "needs two sides; use sweep show A B"),
         (("small", "grid", "--to", "x.html"), "a file shows one study"),
-        (("small", "grid", "--title", "x"), "for a file; add --to"),
+        (("small", "grid", "--title", "x"), "needs --to FILE.html"),
         (("small", "grid", "--metric", "sped"), 'did you mean "speed"'),
         (("small", "gird"), "gird"),
-        (("small", "small"), "the same trials"),
+        (("small", "small"), "identical trials"),
     ],
 )
 def test_what_the_command_cannot_show_is_said_before_it_serves(

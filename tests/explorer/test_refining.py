@@ -134,50 +134,50 @@ def test_a_condition_of_an_axis_stays() -> None:
 @pytest.mark.parametrize(
     ("sweep", "wanted", "why"),
     [
-        (GRID, Extension({}), "nothing is to be refined"),
-        (GRID, Extension({"n": (1, 5)}), "no interval lies between 1 and 5"),
-        (GRID, Extension({"n": (5, 1)}), "from 5 to 1 is no region"),
+        (GRID, Extension({}), "the refinement is empty"),
+        (GRID, Extension({"n": (1, 5)}), "no segment is between 1 and 5"),
+        (GRID, Extension({"n": (5, 1)}), "5 to 1 is not a region"),
         (GRID, Extension({"n": (10, 20)}, 1), "parts: 1 is not allowed"),
         (GRID, Extension({"n": (10, 20)}, 101), "parts: 101 is not allowed"),
-        (GRID, Extension({"nn": (1, 2)}), 'unknown setting that varies "nn"'),
-        (GRID, Extension({"speed": (1, 2)}), "setting that varies"),
-        (GRID, Extension({}, 2, 3), "it has 3 already, and 3 are not more"),
-        ("  n: [10, 11]\n", Extension({"n": (10, 11)}), "no whole number lies"),
+        (GRID, Extension({"nn": (1, 2)}), 'unknown varying parameter "nn"'),
+        (GRID, Extension({"speed": (1, 2)}), "varying parameter"),
+        (GRID, Extension({}, 2, 3), "the spec has 3, and 3 is not a larger number"),
+        ("  n: [10, 11]\n", Extension({"n": (10, 11)}), "no integer is between"),
         (
             "  borders: [torus, bounded]\n",
             Extension({"borders": (0, 1)}),
-            "its values have none between them",
+            "only numbers can be refined",
         ),
         (
             "  both: {zip: {n: [10, 20], separation_weight: [0, 1]}}\n",
             Extension({"n": (10, 20)}),
-            "varies several settings together",
+            "varies several parameters together",
         ),
         (
             DRAWN.replace("uniform", "normal"),
             Extension({"separation_weight": (0, 1)}),
-            "have a part that can be drawn from alone",
+            "cannot draw from a region of this distribution",
         ),
         (
             DRAWN,
             Extension({"separation_weight": (3, 4)}),
-            "nothing is drawn from 3 to 4; the spec draws from 1 to 2",
+            "3 to 4 is outside the distribution; the spec draws from 1 to 2",
         ),
         (
             f"  n: [10, 20]\n{DRAWN}",
             Extension({"n": (10, 20)}),
-            '"some" would draw other points in a further design',
+            '"some" would draw new points in a further design',
         ),
         (
             "  all: {sample: morris, points: 4, n: {integers: [10, 90]},"
             " separation_weight: {uniform: [1, 2]}}\n",
             Extension({"separation_weight": (1, 2)}),
-            '"all" counts only whole',
+            '"all" counts only as a whole',
         ),
         (
             "  detail: {ablate: as_written}\n",
             Extension({"start_speed": (1, 2)}),
-            "counts only whole",
+            "counts only as a whole",
         ),
     ],
 )
@@ -191,11 +191,11 @@ def test_what_cannot_be_is_refused_in_words(
 @pytest.mark.parametrize(
     ("foot", "why"),
     [
-        ("seeds: [1, 2]\nrecord: {metrics: [speed]}\n", "lists its seeds"),
+        ("seeds: [1, 2]\nrecord: {metrics: [speed]}\n", "the spec lists seeds"),
         (
             "replicates: {until: {metric: speed, half_width: 1}, max: 30}\n"
             "record: {metrics: [speed]}\n",
-            "a rule says how many there are",
+            "a rule decides the number",
         ),
         (
             BOUNDARY,

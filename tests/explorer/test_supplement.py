@@ -142,7 +142,7 @@ def test_a_trial_that_fails_here_is_refused(
         raise ValueError("no room")
 
     monkeypatch.setattr("sweep.explorer.supplement_runs.simulate", fail)
-    with pytest.raises(StoreError, match=r"cannot be shown, as it fails: .*no room"):
+    with pytest.raises(StoreError, match=r"shown, because the trial fails: .*no room"):
         page_of(study)
 
 
@@ -151,7 +151,7 @@ def test_a_point_whose_trials_failed_has_none_and_says_so(tmp_path: Path) -> Non
     whole, failed = content["points"]
     assert (whole["runs"], whole["why"]) == ([0], "")
     assert failed["runs"] == []
-    assert failed["why"] == "No trial of this point is done (3 failed): none is shown."
+    assert failed["why"] == "No trial of this point is done (3 failed)."
     assert content["rows"][1]["speed"] is None
 
 
@@ -161,18 +161,18 @@ def test_what_a_study_does_not_have_is_refused(
     deriving = launched(DERIVING, tmp_path)
     for stored, choice, said in (
         (study, {"metric": "sped"}, 'unknown metric "sped"; did you mean "speed"'),
-        (study, {"x": "n"}, 'unknown varied setting "n"'),
+        (study, {"x": "n"}, 'unknown varied parameter "n"'),
         (study, {"by": "separation_weight", "x": "separation_weight"}, "axis already"),
         (study, {"where": ("separation_weight=7",)}, "separation_weight = 7"),
         (study, {"trials": ("middle",)}, 'unknown choice of trials "middle"'),
         (deriving, {"metric": "loss", "trials": ("best",)}, "loss is derived"),
-        (study, {"trials": ("worst",)}, "speed does not say which of its values"),
+        (study, {"trials": ("worst",)}, "speed declares no direction of better"),
         (launched(IMPOSSIBLE, tmp_path / "failed"), {}, "no trial is done"),
     ):
         with pytest.raises(ChoiceError, match=said):
             plan_of(stored, **choice)
     monkeypatch.setattr(supplement, "MOST_POINTS", 2)
-    with pytest.raises(ChoiceError, match=r"3 points; a page shows up to 2: .*--where"):
+    with pytest.raises(ChoiceError, match=r"3 points; a page shows up to 2; .*--where"):
         plan_of(study)
     assert len(plan_of(study, where=("separation_weight >= 1",)).orders) == 2
 

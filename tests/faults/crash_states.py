@@ -61,7 +61,7 @@ SOUGHT_FLOWN = SOUGHT.replace("every: 3", "every: 3, trajectories: true")
 OWN = OWN_SPEC.replace("steps: 9", "steps: 3") + WITHOUT
 OWN = OWN.replace("replicates: 3", "replicates: 1")
 OWN_MORE = OWN.replace("replicates: 1", "replicates: 2")
-WENT_ON = re.compile(r"trial (\w+): goes on from step ([0-9,]+) of")
+WENT_ON = re.compile(r"trial (\w+): resumes at step ([0-9,]+) of")
 
 
 class Kind(NamedTuple):

@@ -42,7 +42,7 @@ LAUNCH = [
     "--workers",
     "1",
 ]
-WENT_ON = re.compile(r"trial (\w+): goes on from step ([0-9,]+) of 80,000")
+WENT_ON = re.compile(r"trial (\w+): resumes at step ([0-9,]+) of 80,000")
 
 
 def awaited(process: "subprocess.Popen[str]", there: Callable[[], bool]) -> None:

@@ -94,7 +94,7 @@ def test_how_many_trials_are_lost_is_said_to_be_unknown_where_it_is(
         os.truncate(part / name, 3)
     with caplog.at_level(logging.WARNING):
         relaunch(spec, folder.parent)
-    assert "how many trials it held is not known; those run again" in caplog.text
+    assert "its trials is unknown; all run again" in caplog.text
 
 
 def test_every_flipped_bit_and_every_cut_is_found(whole: Path, tmp_path: Path) -> None:
@@ -139,7 +139,7 @@ def test_reading_names_the_remedy_and_moves_nothing(folder: Path) -> None:
     with pytest.raises(
         StoreError,
         match=(
-            rf"{part}/trials.parquet: cannot be read .*; launch the study again: that"
+            rf"{part}/trials.parquet: cannot be read .*; launch the study again, to"
         ),
     ):
         Store(folder).read("trials")

@@ -167,7 +167,9 @@ def test_sigterm_ends_the_command_with_all_that_is_done_stored(tmp_path: Path) -
         process.terminate()
         output, errors = process.communicate(timeout=PATIENCE)
         assert process.returncode == 130
-        assert errors.splitlines()[-1].startswith("interrupted; what is done is stored")
+        assert errors.splitlines()[-1].startswith(
+            "interrupted; finished trials are stored"
+        )
         assert_no_orphans(process.pid)
     assert len(Store(folder).trial_ids()) >= 2 + output.count("held")
     assert list((folder / "writing").iterdir()) == []

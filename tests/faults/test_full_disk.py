@@ -217,6 +217,6 @@ def test_trials_run_where_no_compiled_kernel_can_be_kept(
         text=True,
     )
     assert done.returncode == 0, done.stderr
-    said = r"kernels cannot be kept \(No space left on device\), so each process"
+    said = r"kernels cannot be stored \(No space left on device\), so each process"
     assert len(re.findall(said, done.stderr)) == 1
     assert tables(tmp_path / "results" / "small") == whole

@@ -42,12 +42,12 @@ def test_panels_share_a_scale_and_the_note_says_of_how_many_trials() -> None:
     figure = coverage_figure(study("covering"))
     first, second, bar = figure.axes
     assert first.images[0].get_clim() == second.images[0].get_clim()
-    assert bar.get_ylabel() == "mean visits a pixel"
+    assert bar.get_ylabel() == "mean visits per pixel"
     assert len(first.collections[0].get_paths()) == 18
     assert (
         shown(figure)
-        == "covering: mean of 2 trials a panel, coverage and CV with 95 % interval;"
-        " white: never visited; blue: obstacles"
+        == "covering: mean of 2 trials per panel, coverage and CV with 95 % confidence"
+        " interval; white: never visited; blue: obstacles"
     )
 
 
@@ -71,7 +71,9 @@ def test_obstacles_that_touch_have_one_outline() -> None:
 def test_where_none_are_stored_the_error_says_what_keeps_them() -> None:
     with pytest.raises(
         ChoiceError,
-        match=r"study small: has no heatmaps; record: \{heatmaps: true\} keeps them",
+        match=(
+            r"study small: has no heatmaps; record: \{heatmaps: true\} stores heatmaps"
+        ),
     ):
         coverage_figure(study("small"))
 
@@ -107,7 +109,7 @@ def test_a_point_none_of_whose_trials_is_done_has_an_empty_panel() -> None:
     assert [len(axes.images) for axes in figure.axes[:2]] == [1, 0]
     assert [text.get_text() for text in figure.axes[1].texts] == ["no trial done"]
     assert titles(figure)[1] == "cohesion weight = 0.2"
-    assert "mean of 0 to 2 trials a panel" in shown(figure)
+    assert "mean of 0 to 2 trials per panel" in shown(figure)
     assert "2 of 4 trials not done" in shown(figure)
 
 
@@ -121,4 +123,4 @@ def test_coverage_that_chose_the_number_of_trials_has_its_repeated_interval() ->
     values = part.trials["coverage"][part.trials["cohesion_weight"] == 0.1]
     value, low, high, _ = mean_interval(values, 0.97)
     assert f"coverage {estimated(value, low, high)} % CV" in titles(figure)[0]
-    assert "that of coverage, which chose the trials: repeated 90 %" in shown(figure)
+    assert "; coverage decided the number of trials: repeated 90 %" in shown(figure)

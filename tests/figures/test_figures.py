@@ -47,7 +47,8 @@ def test_the_legend_names_the_swept_values(figure: Figure) -> None:
 def test_the_interval_and_the_number_of_trials_are_named(figure: Figure) -> None:
     texts = [text.get_text() for text in figure.texts]
     lines = "\n".join([*texts, figure.get_supxlabel()]).splitlines()
-    assert "small: 3 trials a curve, mean with pointwise 95 % interval" in lines
+    said = "small: 3 trials per curve, mean with pointwise 95 % confidence interval"
+    assert said in lines
 
 
 def test_files_say_what_they_show(tmp_path: Path) -> None:
@@ -74,8 +75,8 @@ def test_curves_are_those_of_the_table_and_trials_not_done_are_counted(
     drawn = np.concatenate([line.get_xydata() for line in figure.axes[0].lines])
     np.testing.assert_array_equal(drawn, table[["frame", "mean"]].to_numpy())
     said = (
-        "small: 2 to 3 trials a curve, mean with pointwise 95 % interval; 1 of 6 trials"
-        " not done"
+        "small: 2 to 3 trials per curve, mean with pointwise 95 % confidence interval;"
+        " 1 of 6 trials not done"
     )
     assert plotted.shown(figure).startswith(f"{said} dispersion: 2 to 5 skewed values")
     part.provenance = part.provenance | {
@@ -83,8 +84,8 @@ def test_curves_are_those_of_the_table_and_trials_not_done_are_counted(
         | {"nominal_confidence": 0.98}
     }
     said = (
-        "small: 2 to 3 trials a curve, mean with pointwise 95 % interval, which takes"
-        " the numbers of trials as given"
+        "small: 2 to 3 trials per curve, mean with pointwise 95 % confidence interval,"
+        " valid for fixed numbers of trials"
     )
     assert plotted.shown(metric_curves(part, metrics=["speed"])).startswith(said)
 
@@ -141,12 +142,12 @@ def test_a_metric_below_zero_is_not_cut_off(study: StoredStudy) -> None:
         (
             "drawn",
             {},
-            "study drawn: has no series; record: {series: [speed]} keeps them",
+            "study drawn: has no series; record: {series: [speed]} stores series",
         ),
         (
             "grid",
             {"by": "border"},
-            'unknown varied setting "border"; did you mean "borders"?',
+            'unknown varied parameter "border"; did you mean "borders"?',
         ),
         (
             "grid",

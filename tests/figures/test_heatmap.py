@@ -54,7 +54,8 @@ def test_cells_of_a_grid_are_those_of_the_table() -> None:
     assert titles(figure) == ["borders = torus", "borders = bounded"] * 2
     assert (
         shown(figure)
-        == "grid: one point a cell, 3 trials a point, mean with 95 % interval"
+        == "grid: one point per cell, 3 trials per point, mean with 95 % confidence"
+        " interval"
     )
 
 
@@ -135,7 +136,7 @@ def test_axes_and_colour_bars_are_labelled() -> None:
     bars = [
         axes.get_ylabel() for axes in figure.axes if axes.get_label() == "<colorbar>"
     ]
-    assert bars == ["speed (px/step)", "half the 95 % interval of\nspeed (px/step)"]
+    assert bars == ["speed (px/step)", "half-width of the 95 % CI of\nspeed (px/step)"]
     assert figure.axes[0].get_xscale() == "log"
     assert right.axes[0].get_yscale() == "linear"
 
@@ -157,8 +158,8 @@ def test_bins_are_means_over_their_points_and_empty_ones_are_white() -> None:
     counts = [int(text.get_text()) for axes in figure.axes for text in axes.texts]
     assert sum(counts) == 90
     assert abs(counts[-3] - n) <= 2
-    assert "each cell the mean of" in shown(figure)
-    assert "which differ in cohesion weight too" in shown(figure)
+    assert "each cell is the mean of" in shown(figure)
+    assert "which also differ in cohesion weight" in shown(figure)
 
 
 def test_a_bin_without_points_has_no_colour() -> None:
@@ -182,16 +183,16 @@ def test_points_without_a_value_leave_their_cell_empty() -> None:
 @pytest.mark.parametrize(
     ("name", "choices", "message"),
     [
-        ("small", {}, "heatmap needs two settings that vary, and there is 1"),
+        ("small", {}, "heatmap needs two varied parameters; the study has 1"),
         (
             "grid",
             {"x": "borders", "y": "borders"},
-            "heatmap with x and y both borders; allowed: two settings",
+            "heatmap with x and y both borders; allowed: two parameters",
         ),
         (
             "grid",
             {"y": "border"},
-            'unknown varied setting "border"; did you mean "borders"?',
+            'unknown varied parameter "border"; did you mean "borders"?',
         ),
     ],
 )

@@ -107,7 +107,7 @@ def test_a_study_without_any_trial_says_so(results: Path) -> None:
     none = StoredStudy("small", results)
     with pytest.raises(ChoiceError, match="no trial is done, so there is nothing"):
         select(none)
-    with pytest.raises(ChoiceError, match="study small: no trial of it is stored yet"):
+    with pytest.raises(ChoiceError, match="study small: no trial is stored yet"):
         JoinedStudies([StoredStudy("grid", results), none])
 
 

@@ -254,7 +254,7 @@ def test_the_sensitivity_of_some_points_is_of_these_alone() -> None:
     ((_, planned),) = plan_figures(part, ["sensitivity"], choices).figures
     assert "30 points, 60 trials;" in planned.draw().get_supxlabel()
     ((_, planned),) = plan_figures(study("drawn"), ["sensitivity"], choices).figures
-    assert "30 points, 60 trials a panel;" in planned.draw().get_supxlabel()
+    assert "30 points, 60 trials per panel;" in planned.draw().get_supxlabel()
 
 
 def test_a_new_kind_is_one_entry(
@@ -292,7 +292,7 @@ def test_a_new_kind_is_one_entry(
             "grid",
             [],
             {"by": "border"},
-            'study grid: unknown varied setting "border"; did you mean "borders"?',
+            'study grid: unknown varied parameter "border"; did you mean "borders"?',
         ),
         (
             "grid",
@@ -304,36 +304,36 @@ def test_a_new_kind_is_one_entry(
             "small",
             ["coverage"],
             {},
-            "study small: has no heatmaps; record: {heatmaps: true} keeps them",
+            "study small: has no heatmaps; record: {heatmaps: true} stores heatmaps",
         ),
-        ("grid", ["effects"], {}, "no axis ablates a preset or details"),
+        ("grid", ["effects"], {}, "no axis ablates a preset or components"),
         ("grid", ["history"], {}, "study grid: not a search"),
         (
             "searched",
             ["front"],
             {"metrics": ("speed",)},
-            "study searched: front is of the whole search and its",
+            "study searched: front shows the whole search and its",
         ),
         ("searched", ["history"], {"half": True}, "and takes no over half"),
         (
             "searched",
             ["history"],
             {"where": {"n": 12}},
-            "study searched: history is of the whole search and its objectives, and"
+            "study searched: history shows the whole search and its objectives, and"
             " takes no where",
         ),
         (
             "drawn",
             ["sensitivity"],
             {"where": {"separation_weight": [0.31797524413849243, 0.3614009002029108]}},
-            "study drawn: sensitivity with where separation_weight, which weights"
-            " samples; allowed: others",
+            "study drawn: sensitivity where uses separation_weight, which weights"
+            " samples; allowed: parameters of",
         ),
         (
             "small",
             [],
             {"where": {"separation_weight": 1}, "metrics": ("dispersion",)},
-            "no kind of figure suits it",
+            "no kind of figure suits the study",
         ),
     ],
 )
@@ -374,7 +374,7 @@ def test_the_command_prints_the_paths_and_what_is_left_out(tmp_path: Path) -> No
     assert done.stdout.splitlines() == [str(path) for path in wanted]
     assert all(path.exists() for path in wanted)
     assert (
-        "not drawn: heatmap: needs two settings that vary, and there is 1\n"
+        "not drawn: heatmap: needs two varied parameters; the study has 1\n"
         in done.stderr
     )
     before = wanted[0].stat().st_ino

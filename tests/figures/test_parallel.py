@@ -23,7 +23,7 @@ def test_every_sampled_setting_and_the_metric_is_an_axis() -> None:
         "speed (px/step)",
     ]
     assert titles(figure) == ["n = 6", "n = 12"]
-    assert shown(figure) == "drawn: 30 points a panel, each the mean of 2 trials"
+    assert shown(figure) == "drawn: 30 points per panel, each the mean of 2 trials"
 
 
 @pytest.mark.parametrize(
@@ -72,7 +72,7 @@ def test_points_without_a_value_are_left_out_and_counted() -> None:
     made = made_up(axis("random", 10))
     made.trials.loc[:1, "speed"] = np.nan
     assert (
-        "9 points a panel, each the mean of 0 to 2 trials; 1 without a value left out"
+        "9 points per panel, each the mean of 0 to 2 trials; 1 without a value left out"
         in shown(parallel_figure(made, "speed"))
     )
 
@@ -81,8 +81,8 @@ def test_without_a_sample_there_is_nothing_to_draw() -> None:
     with pytest.raises(
         ChoiceError,
         match=(
-            "study grid: parallel needs an axis that samples settings, and there is"
-            " none"
+            "study grid: parallel needs an axis that samples parameters; the study has"
+            " no such axis"
         ),
     ):
         parallel_figure(study("grid"), "speed")

@@ -89,8 +89,8 @@ def test_both_intervals_are_drawn() -> None:
     ends = table[["dispersion_low", "dispersion_high"]]
     np.testing.assert_array_equal([part[:, 1] for part in up.get_segments()], ends)
     assert shown(figure).startswith(
-        "grid: 18 points a panel, 3 trials a point, means with 95 % intervals, each"
-        " for itself dispersion: 2 to 5 skewed values"
+        "grid: 18 points per panel, 3 trials per point, means with 95 % confidence"
+        " intervals, not simultaneous dispersion: 2 to 5 skewed values"
     )
 
 
@@ -113,7 +113,7 @@ def test_by_default_more_coverage_and_a_smaller_cv_are_better() -> None:
         (
             [],
             (
-                "pareto needs two metrics and has 0; say which and which way is better,"
+                "pareto needs two metrics and has 0; name two metrics with directions,"
                 " for example speed+ dispersion+"
             ),
         ),

@@ -35,7 +35,8 @@ def test_points_and_intervals_are_those_of_the_table() -> None:
         "speed (px/step)",
     )
     assert shown(figure).startswith(
-        "small: 2 points a panel, 3 trials a point, mean with 95 % interval"
+        "small: 2 points per panel, 3 trials per point, mean with 95 % confidence"
+        " interval"
     )
 
 
@@ -92,13 +93,15 @@ def test_sampled_settings_have_a_panel_each_with_their_rank_correlation() -> Non
     said = f"\N{GREEK SMALL LETTER RHO} = {found.value:.2f} [{low:.2f}, {high:.2f}]"
     assert titles(figure)[2] == said.replace("-", "\N{MINUS SIGN}")
     assert [axes.get_xscale() for axes in figure.axes] == ["linear", "linear", "log"]
-    assert figure.axes[0].get_ylabel() == "speed, last half (px/step)"
-    assert "drawn, n = 6: 30 points a panel, 2 trials a point" in shown(figure)
+    assert figure.axes[0].get_ylabel() == "speed, second half (px/step)"
+    assert "drawn, n = 6: 30 points per panel, 2 trials per point" in shown(figure)
 
 
 def test_one_trial_a_point_has_no_interval() -> None:
     figure = scatter_figure(made_up("n: [3, 4]", ascending, replicates=1), "speed")
-    assert shown(figure) == "made_up: 2 points a panel, 1 trial a point, no interval"
+    assert (
+        shown(figure) == "made_up: 2 points per panel, 1 trial per point, no interval"
+    )
     figure = heatmap_figure(
         made_up("n: [3, 4], steps: [5, 6]", ascending, replicates=1), "speed"
     )
@@ -111,14 +114,14 @@ def test_many_points_are_dots_without_intervals() -> None:
     figure = scatter_figure(made_up(axis("random", 100)), "speed")
     assert [len(axes.collections[0].get_offsets()) for axes in figure.axes] == [100] * 3
     assert not any(axes.lines for axes in figure.axes)
-    assert "100 points a panel, 2 trials a point, each the mean" in shown(figure)
+    assert "100 points per panel, 2 trials per point, each the mean" in shown(figure)
 
 
 def test_points_without_a_value_are_left_out_and_trials_not_done_counted() -> None:
     made = made_up(axis("random", 10))
     made.trials.loc[:1, ["status", "speed"]] = "failed", np.nan
     figure = scatter_figure(made, "speed")
-    assert "9 points a panel" in shown(figure)
+    assert "9 points per panel" in shown(figure)
     assert "; 2 of 20 trials not done" in shown(figure)
 
 
@@ -136,7 +139,7 @@ def test_details_of_a_preset_are_named_along_the_axis() -> None:
         (
             "grid",
             {"x": "seperation_weight"},
-            'unknown varied setting "seperation_weight"; did you mean',
+            'unknown varied parameter "seperation_weight"; did you mean',
         ),
         (
             "grid",
@@ -164,7 +167,7 @@ def test_wrong_choices_say_what_is_allowed(
 def test_one_point_has_nothing_to_scatter_against() -> None:
     with pytest.raises(ChoiceError) as error:
         scatter_figure(study("small").where(separation_weight=1), "speed")
-    reason = "needs a setting that varies, and none does"
+    reason = "needs a varied parameter; the study has none"
     assert (error.value.kind, error.value.reason) == ("scatter", reason)
     assert str(error.value) == f"study small: scatter {reason}"
 

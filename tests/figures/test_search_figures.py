@@ -213,7 +213,7 @@ def test_a_comparison_has_the_mean_best_so_far_and_a_point_a_run(drawn) -> None:
     ]
     assert (
         "3 repetitions and 3 random searches of 8 trials each; means with 95 %"
-        " intervals over runs" in said(figure)
+        " confidence intervals over runs" in said(figure)
     )
     assert left.get_ylabel() == "best gain (%)"
 
@@ -257,9 +257,9 @@ def test_the_hypervolume_of_a_search_alone_has_room_above_it_and_begins_at_no_tr
 @pytest.mark.parametrize(
     ("figure", "message"),
     [
-        (front_figure, "front needs two objectives and there is one"),
-        (hypervolume_figure, "hypervolume needs two objectives and there is one"),
-        (comparison_figure, "has no repetitions; run it with --repetitions 10"),
+        (front_figure, "front needs two objectives; allowed for a single"),
+        (hypervolume_figure, "hypervolume needs two objectives; allowed for a single"),
+        (comparison_figure, "has no repetitions; run the search with --repetitions 10"),
     ],
 )
 def test_a_figure_that_does_not_suit_a_search_says_so(

@@ -129,8 +129,8 @@ def test_the_metric_that_chose_the_number_of_trials_has_its_repeated_interval() 
     )
     said = selection.note("{n} trials", [4], "mean with 95 % interval", ["speed"])
     assert said.endswith(
-        "4 trials, mean with 95 % interval; that of speed, which chose the trials:"
-        " repeated 90 %"
+        "4 trials, mean with 95 % interval; speed decided the number of trials:"
+        " repeated 90 % confidence interval"
     )
     assert "repeated" not in selection.note(
         "{n} trials", [4], "mean with 95 % interval", ["dispersion"]

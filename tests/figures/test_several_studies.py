@@ -57,7 +57,7 @@ def test_curves_of_two_studies_are_lines_with_the_number_of_each(results: Path) 
     assert len(drawn) == len(alone) == 4
     for line in alone:
         assert any(np.array_equal(line, other) for other in drawn)
-    assert shown(figure).startswith("small and more/other: 2 to 3 trials a curve, mean")
+    assert shown(figure).startswith("small and more/other: 2 to 3 trials per curve")
 
 
 def test_points_of_two_studies_have_their_own_colours(results: Path) -> None:
@@ -103,7 +103,7 @@ def test_a_setting_that_one_study_fixes_has_its_value_there(results: Path) -> No
     assert points["alignment_weight"].nunique() == 1
     assert len(both.points) == 11
     figure = heatmap_figure(both, "speed", "separation_weight", "alignment_weight")
-    assert shown(figure).startswith("grid and small: one point a cell")
+    assert shown(figure).startswith("grid and small: one point per cell")
     assert set(titles(figure)) == {
         "study = grid (borders = torus; 27 trials)",
         "study = small (6 trials)",
@@ -123,7 +123,7 @@ def test_the_note_says_in_which_fixed_settings_studies_differ(results: Path) -> 
         metric_curves(both, "separation_weight"),
     ):
         said = shown(figure)
-        assert "; they differ in steps (9; 8), borders (torus; bounded)" in said
+        assert "; the studies differ in steps (9; 8), borders (torus; bounded)" in said
 
 
 def test_metrics_that_are_not_the_same_are_left_out_with_the_reason(
@@ -133,7 +133,7 @@ def test_metrics_that_are_not_the_same_are_left_out_with_the_reason(
     with pytest.raises(ChoiceError) as error:
         joined(results, "fewer", "only")
     assert error.value.reason == (
-        "no metric is the same in all of them: dispersion is not recorded in only;"
+        "the studies have no metric in common: dispersion is not recorded in only;"
         " speed is not recorded in fewer"
     )
     other = StoredStudy("more/other", results)

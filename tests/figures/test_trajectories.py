@@ -18,7 +18,8 @@ def test_the_first_trials_of_few_points_have_a_panel_each() -> None:
         for replicate in (0, 1)
     ]
     assert (
-        shown(figure) == "flying: one trial a panel, of 6 that are done; frames 0 to 9"
+        shown(figure)
+        == "flying: one trial per panel, of 6 that are done; frames 0 to 9"
     )
     assert (figure.axes[0].get_xlabel(), figure.axes[0].get_ylabel()) == (
         "x (px)",
@@ -63,8 +64,8 @@ def test_where_none_are_stored_the_error_says_what_keeps_them() -> None:
     with pytest.raises(
         ChoiceError,
         match=(
-            r"study small: has no trajectories; record: \{trajectories: true\} keeps"
-            r" them"
+            r"study small: has no trajectories; record: \{trajectories: true\} stores"
+            r" trajectories"
         ),
     ):
         trajectories_figure(study("small"))

@@ -350,7 +350,7 @@ def test_a_metric_is_for_models_with_what_it_reads(model: str) -> None:
     with pytest.raises(SpecError) as raised:
         parse_spec(spec)
     assert str(raised.value).endswith(
-        'metric "order" is for models with the state phase: oscillators'
+        'metric "order" needs a model with the state phase. Allowed: oscillators'
     )
 
 
@@ -368,7 +368,7 @@ def test_a_metric_reads_rows_and_kinds_in_their_order(
     spec = spec.replace("sweep:\n  separation_weight: [0.5, 1]\n", "")
     with (
         builders.entered(MODEL, order=ORDER._replace(**changes)),
-        pytest.raises(SpecError, match=f"is for models with {needed}: there is none$"),
+        pytest.raises(SpecError, match=f"with {needed}. Allowed: no known model$"),
     ):
         parse_spec(spec)
 

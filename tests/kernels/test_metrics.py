@@ -17,6 +17,7 @@ from kernels.metrics import METRICS, Ground, Metric
 from kernels.model import PairPotential
 from kernels.recording import FIRST_STATE, N_COUNTS, build_frames
 from kernels.registry import Registry
+from kernels.settings import Observation
 from sweep.spec.recorded import declaration_of
 from sweep.trial.simulation import run
 from tests import builders, naive
@@ -525,17 +526,28 @@ def test_the_summary_is_the_last_frame_and_the_mean_of_the_last_half() -> None:
     assert result.mean["speed"] == speed[6:].mean()
 
 
-WITHIN = {
-    "flock_range": {"flock_range", "FISSIONS", "FUSIONS"},
+OF_PIXELS = {"COVERED", "VISITS", "SQUARED_VISITS"}
+READ_AS = {
+    "flock_range": {"flock_range", "FISSIONS", "FUSIONS", "SETTLED"},
     "contact_distance": {"contact_distance", "BOID_COLLISIONS", "PAIR_COLLISIONS"},
     "goal_radius": {"goal_radius", "ARRIVED", "GOALS_REACHED"},
+    "coverage_cv_ddof": {"coverage_cv_ddof"},
+    "equilibrium_tolerance": {"SETTLED"},
+    "equilibrium_steps": {"SETTLED"},
+    "pixel": OF_PIXELS,
+    "footprint": OF_PIXELS,
+    "footprint_radius": OF_PIXELS,
 }
-"""By range the names by which kernels read it, or what is counted within it."""
+"""The names by which kernels read each parameter, or counts that use the parameter."""
 
 
 @pytest.mark.parametrize("name", METRICS)
-def test_a_metric_names_the_range_that_it_reads(name: str) -> None:
+def test_a_metric_names_the_parameters_that_it_reads(name: str) -> None:
     functions = _reached(METRICS[name].measure)
     read = {one for function in functions for one in function.__code__.co_names}
-    found = [setting for setting, names in WITHIN.items() if names & read]
-    assert found == ([METRICS[name].within] if METRICS[name].within else [])
+    found = {setting for setting, names in READ_AS.items() if names & read}
+    assert found == set(METRICS[name].parameters)
+
+
+def test_each_parameter_of_the_observation_is_read_as_something() -> None:
+    assert READ_AS.keys() == set(Observation._fields)

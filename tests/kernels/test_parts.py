@@ -145,7 +145,7 @@ def test_a_spec_names_parts_and_computes_with_them() -> None:
 @pytest.mark.parametrize(
     ("model", "metric", "said"),
     [
-        ("nguyen2024", "speed_of_sheep", "is for models with the kind sheep: strombom"),
+        ("nguyen2024", "speed_of_sheep", "with the kind sheep. Allowed: strombom"),
         ("strombom2014", "speed_of_shep", 'did you mean "speed_of_sheep"'),
         ("strombom2014", "escapes_of_dog", 'unknown metric "escapes_of_dog"'),
     ],

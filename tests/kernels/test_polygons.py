@@ -241,7 +241,7 @@ def test_boids_start_in_an_arena_and_outside_of_polygons() -> None:
 
 FLAWS = [
     (((0, 0), (1, 0), (1, 0)), "a side of length 0: side 2, from (1, 0) to (1, 0)"),
-    (((0, 0), (1, 1), (2, 2)), "the area 0: all vertices lie on one line"),
+    (((0, 0), (1, 1), (2, 2)), "the area 0: all vertices are on one line"),
     (
         ((0, 0), (2, 2), (2, 0), (0, 2)),
         "sides that cross: side 1, from (0, 0) to (2, 2), and side 3, from (2, 0) to"

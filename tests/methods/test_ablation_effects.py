@@ -104,7 +104,7 @@ def test_the_figure_names_details_values_units_and_numbers(
     assert panel.get_xlabel() == ("factor" if factor else "change (px/step)")
     said = figure.get_supxlabel()
     assert "ablating: 4 pairs" in said
-    assert "simultaneous 95 % interval (Bonferroni, 44 comparisons)" in said
+    assert "95 % confidence interval (Bonferroni, 44 comparisons)" in said
     assert [text.get_text() for text in figure.legends[0].get_texts()] == [
         "weight 1",
         "weight 2",
@@ -215,7 +215,7 @@ def test_more_settings_that_vary_are_refused(tmp_path: Path) -> None:
         "replicates: 5", "replicates: 2"
     )
     several = launched(spec, tmp_path)
-    with pytest.raises(ChoiceError, match=r"by several settings.*drag, n_obs"):
+    with pytest.raises(ChoiceError, match=r"by several parameters.*drag, n_obs"):
         plan_figures(several, ["effects"], Choices())
     ((_, planned),) = plan_figures(
         several.where(drag=0), ["effects"], Choices()

@@ -538,7 +538,7 @@ def test_text_csv_and_json_have_the_same_numbers(
     assert f"{rows['a'][0]:.2f}"[:4] in text
     assert "without partner: 1 of B: n = 16" in text
     assert "A and B differ in drag (0.1; 0.3)" in text
-    assert "the intervals of all 2 hold together (Bonferroni)" in text
+    assert "all 2 confidence intervals are simultaneous (Bonferroni)" in text
     assert "speed, B against A: " in text
     assert max(map(len, text.split("±: half")[0].splitlines())) <= 100
 
@@ -561,7 +561,7 @@ def test_json_has_no_number_that_json_lacks() -> None:
         ("small smal", 'launched here; did you mean "small"?'),
         (
             "small:speration_weight=1 small",
-            'unknown setting "speration_weight"; did you mean "separation_weight"?',
+            'unknown parameter "speration_weight"; did you mean "separation_weight"?',
         ),
         (
             "small:separation_weight=2 small",
@@ -579,18 +579,19 @@ def test_json_has_no_number_that_json_lacks() -> None:
             "small: small",
             '"" chooses nothing; allowed: SETTING=VALUE[,SETTING=VALUE], for example',
         ),
-        ("small:n=12,n=12 small", "n stands twice; allowed: one value of it"),
+        ("small:n=12,n=12 small", "n is given twice; allowed: one value"),
         ("small:n=12,separation_weight=1 small:n= ", 'no point has n = ""'),
         (
             "ablating:as_writen small",
             (
                 'unknown preset "as_writen"; did you mean "as_written"? Allowed:'
-                " as_run, as_written; or name settings, as in obstacle_range="
+                " as_run, as_written; or name parameters, for example obstacle_range="
             ),
         ),
         (
             "small:as_written small",
-            "the study ablates no preset: name settings, as in separation_weight=0.5",
+            "the study ablates no preset: name parameters, for example"
+            " separation_weight=0.5",
         ),
         (
             "ablating:detail=drug small",
@@ -606,16 +607,16 @@ def test_json_has_no_number_that_json_lacks() -> None:
         ),
         (
             "small small",
-            "small and small are the same trials: there is nothing to compare",
+            "small and small are identical trials: there is nothing to compare",
         ),
         (
             "small small:separation_weight=1",
-            "agree only where both are the same trials",
+            "agree only in identical trials",
         ),
-        ("others:n=16 sizes", "they differ in n: choose one, as in sizes:n=8"),
+        ("others:n=16 sizes", "differ in n: choose a value, for example sizes:n=8"),
         (
             "sizes others --margin 1",
-            "a margin is in the unit of one metric: name it, one of speed",
+            "a margin is in the unit of a single metric: choose a metric from speed",
         ),
         (
             "sizes others --margin 0 --metric speed",
@@ -623,7 +624,7 @@ def test_json_has_no_number_that_json_lacks() -> None:
         ),
         (
             "sizes others --confidence 95",
-            "confidence: 95; allowed: from 0.5 to below 1, as 0.95",
+            "confidence: 95; allowed: from 0.5 to below 1, such as 0.95",
         ),
         ("sizes others --together max_t", "max_t: 3 replicates; allowed: 10 or more"),
     ],

@@ -362,7 +362,7 @@ def test_what_is_wrong_with_a_section_of_a_package_is_said_with_all_else(
         tmp_path, repeating, ("plan", "small.yaml"), ("plan", "alone.yaml")
     )
     assert 'unknown key "seed"; did you mean "seeds"?' in refused.stderr
-    assert "whole number" in refused.stderr
+    assert "an integer" in refused.stderr
     why = 'a study with "repeat" takes no "search": it looks for one best'
     assert why in refused.stderr
     assert "one trial is nothing to repeat" in of_one.stderr
@@ -410,11 +410,11 @@ def test_a_section_of_a_package_decides_which_trials_run(tmp_path: Path) -> None
         ("status", "small"),
         ("table", "small", "--csv"),
     )
-    assert "6 to 24 (3 to 12 a point, doubled)" in plan.stdout
+    assert "6 to 24 (3 to 12 per point, doubled)" in plan.stdout
     told = json.loads(as_json.stdout)
     assert told["double"] == {"times": 2, "confidence": 0.95}
     assert (told["trials"], told["until"], told["refine"]) == (24, None, None)
-    assert "small.yaml:11: what trials follow depends" in share.stderr
+    assert "small.yaml:11: the next trials depend" in share.stderr
     assert [one.returncode for one in (fewer, more, again)] == [0, 0, 0]
     assert "24 trials, 12 of them stored already" in more.stderr
     assert "doubled   2 times" in status.stdout
@@ -487,11 +487,11 @@ def test_a_section_that_cannot_be_and_a_second_rule_are_said(tmp_path: Path) -> 
         tmp_path, packages, ("plan", "small.yaml"), ("plan", "two.yaml")
     )
     assert plan.returncode == 0
-    assert 'the section "seed" of seeding: its key is taken' in plan.stderr
-    assert 'the section "again" of forming: its key is taken' in plan.stderr
-    said = 'the section "loose" of shapeless: its record has no "shape"'
+    assert 'the section "seed" of seeding: the key is taken' in plan.stderr
+    assert 'the section "again" of forming: the key is taken' in plan.stderr
+    said = 'the section "loose" of shapeless: the record has no "shape"'
     assert said in plan.stderr
-    assert 'two.yaml:11: one rule adds trials or points of a study: "double"' in (
+    assert 'two.yaml:11: at most one section may add trials or points: "double"' in (
         refused.stderr
     )
 
@@ -499,7 +499,7 @@ def test_a_section_that_cannot_be_and_a_second_rule_are_said(tmp_path: Path) -> 
 def test_the_record_of_a_section_replaces_nothing_of_a_plan() -> None:
     about = PlanAbout.of(parse_spec(SMALL), [], [])
     taken = replace(about, sections={"varied": [1], "double": {"times": 2}})
-    with pytest.raises(ValueError, match=r"a plan has these itself: varied$"):
+    with pytest.raises(ValueError, match=r"reserved for the plan: varied$"):
         taken.into(pa.table({}), {})
 
 

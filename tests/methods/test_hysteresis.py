@@ -58,7 +58,7 @@ def test_a_panel_has_both_ways(study: StoredStudy) -> None:
     assert figure.axes[0].get_ylabel() == "mean speed (px/step)"
     assert "cohesion weight = 0.01" in figure.axes[0].get_title()
     assert "area " in figure.axes[0].get_title()
-    assert "3 trials of each value and way, one a chain" in figure.get_supxlabel()
+    assert "3 trials per value and direction, one per" in figure.get_supxlabel()
     planned = KINDS["hysteresis"].figures(study, Choices(("speed",), half=True))
     assert [one.metric for one in planned] == ["speed_mean"]
 
@@ -70,7 +70,7 @@ def test_directions_are_never_averaged_together(study: StoredStudy) -> None:
 
 def test_a_study_without_both_ways_has_no_loop(tmp_path: Path) -> None:
     for text in (SMALL, CHAINED.replace("both", "up")):
-        with pytest.raises(ChoiceError, match='no axis of it has "continue: both"'):
+        with pytest.raises(ChoiceError, match='no axis has "continue: both"'):
             find_loops(launched(text, tmp_path))
 
 

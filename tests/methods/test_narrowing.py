@@ -69,9 +69,9 @@ def test_the_line_has_the_slope_of_independent_values() -> None:
 def test_what_the_figure_says() -> None:
     figure = narrowing_figure(study("repeated"), "speed")
     (axes,) = figure.axes
-    assert axes.get_ylabel() == "half width of speed (px/step)"
+    assert axes.get_ylabel() == "half-width of speed (px/step)"
     assert legend_texts(figure) == ["torus", "bounded", "slope \N{MINUS SIGN}1/2"]
-    assert "2 points, 9 trials a point" in shown(figure)
+    assert "2 points, 9 trials per point" in shown(figure)
     (lines,) = axes.collections
     assert len(lines.get_segments()) == 2
 
@@ -81,7 +81,7 @@ def test_points_without_a_width_are_counted(value: float) -> None:
     """All their values are equal, or there is none."""
     part = having(lambda trials: trials.assign(speed=value))
     figure = narrowing_figure(part, "speed")
-    assert ("2 points have no width above 0" in shown(figure)) is (value == 1.0)
+    assert ("2 points have no half-width above 0" in shown(figure)) is (value == 1.0)
     assert marks_of(part, Choices(("speed",))).panels[0].marks.empty
 
 
@@ -96,15 +96,15 @@ def test_widths_that_are_not_known_are_counted_and_the_file_is_written(
 
     monkeypatch.setattr(narrowing, "by_point", unknown)
     figure = narrowing_figure(study("repeated"), "speed")
-    assert "2 points have no width above 0" in shown(figure)
+    assert "2 points have no half-width above 0" in shown(figure)
     assert save(figure, tmp_path / "widths", formats=("png",))
 
 
 def test_of_few_trials_there_is_none() -> None:
-    with pytest.raises(ChoiceError, match="needs 6 trials of a point, and there are 3"):
+    with pytest.raises(ChoiceError, match=r"needs 6 trials per point; .* at most 3"):
         narrowing_layout(study("small"), "speed", by=None)
 
 
 def test_the_note_counts_one_point_as_one() -> None:
     one = study("repeated").where(borders="torus")
-    assert ": 1 point, 9 trials a point" in marks_of(one, Choices(("speed",))).note
+    assert ": 1 point, 9 trials per point" in marks_of(one, Choices(("speed",))).note

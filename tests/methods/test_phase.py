@@ -39,7 +39,7 @@ def test_a_line_has_means_and_a_band_for_its_crossing(tmp_path: Path) -> None:
     said = figure.get_supxlabel().replace("\n", " ")
     most = study.plan["point"].to_pandas().value_counts().max()
     assert f"small: {len(table)} points of 3 to {most} trials" in said
-    assert "on either side of 2 with 95 %, all of them together" in said
+    assert "on either side of 2 with 95 % confidence, simultaneously" in said
 
 
 @pytest.mark.usefixtures("jobs")
@@ -84,7 +84,7 @@ def test_other_metrics_are_refused(tmp_path: Path) -> None:
     study = launched(LINE, tmp_path)
     kind = KINDS["phase"]
     assert not kind.suits(study, Choices())
-    assert "is of speed" in kind.suits(study, Choices(("dispersion",)))
+    assert "shows speed" in kind.suits(study, Choices(("dispersion",)))
 
 
 def test_more_than_two_axes_are_refused(

@@ -130,23 +130,23 @@ def test_all_mistakes_are_said_at_once(folder: Path) -> None:
     metric, zero, twice, *_, other, none, chance = found.stderr.splitlines()
     assert 'unknown metric "sped"; did you mean "speed"?' in metric
     assert zero.startswith('"dispersion=0" is no half width; allowed: METRIC=SIZE')
-    assert "speed stands twice" in twice
+    assert "speed is given twice" in twice
     assert 'unknown metric "dispersin"; did you mean "dispersion"?' in other
     assert none.startswith('"speed=a" is no difference; allowed: METRIC=SIZE')
-    assert chance == "chance: 2; allowed: from 0.5 to 0.99, as 0.8"
+    assert chance == "chance: 2; allowed: from 0.5 to 0.99, such as 0.8"
 
 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["small"], "no half width and no difference is given; allowed: METRIC=SIZE"),
+        (["small"], "neither half-width nor difference is given; allowed: METRIC=SIZE"),
         (["smal", "--half-width", "speed=1"], 'did you mean "small"?'),
         (
             ["small:separation_weight=1", "--difference", "speed=1"],
-            "it has one point, and a difference needs two",
+            "a difference needs two points, but the study has one",
         ),
-        (["small", "apart", "--half-width", "speed=1"], "is that of one study"),
-        (["small", "small", "--difference", "speed=1"], "are the same trials"),
+        (["small", "apart", "--half-width", "speed=1"], "needs a single study"),
+        (["small", "small", "--difference", "speed=1"], "are identical trials"),
         (["small", "--half-width", "speed=1", "--csv", "--json"], "choose one"),
     ],
 )

@@ -273,8 +273,8 @@ def test_failed_trials_are_no_values(
 
 def test_a_budget_that_the_first_points_exceed_is_refused() -> None:
     message = (
-        "a budget of 8 trials is less than what the first points take: 3 points with"
-        " 3 trials each, at least 9"
+        "a budget of 8 trials is too small for the first points: 3 points with"
+        " 3 trials each need at least 9"
     )
     with pytest.raises(SpecError, match=message):
         check_launches([parse_spec(LINE.replace("budget: 300", "budget: 8"))])
@@ -288,7 +288,7 @@ def test_the_budget_limits_a_study_and_not_the_most_trials_of_each_point() -> No
 
 
 def test_shares_are_refused() -> None:
-    with pytest.raises(SpecError, match="cannot be launched in shares"):
+    with pytest.raises(SpecError, match="cannot be launched in shards"):
         check_launches([parse_spec(LINE)], Share(1, 2))
 
 
@@ -297,7 +297,7 @@ def test_a_plan_says_what_it_can_come_to() -> None:
     text = plan.as_text()
     assert "points     at first 9 over cohesion_weight, separation_weight" in text
     assert (
-        "trials     27 to 300 (3 to 12 a point; cells are halved up to 2 times where"
+        "trials     27 to 300 (3 to 12 per point; cells are halved up to 2 times where"
         " the mean of speed crosses 2)" in text
     )
 
@@ -308,9 +308,10 @@ def test_a_difference_says_which_trials_are_counted(
     stored = launched(LINE, tmp_path)
     text = compare(stored, parse_spec(LINE), tmp_path).as_text()
     assert (
-        "its first trials are counted; it adds others where the mean of speed" in text
+        "the first trials are counted; the rule adds trials where the mean of speed"
+        in text
     )
-    assert "stored     9 of the trials it would have, 0 to run" in text
+    assert "stored     9 of the planned trials, 0 to run" in text
     assert jobs
 
 
@@ -336,7 +337,7 @@ def test_noise_that_max_trials_cannot_beat_is_said(
     assert set(found.cells["why"]) == {why}
 
 
-NOWHERE = "the mean crosses {} nowhere, as far as the grid can tell: "
+NOWHERE = "no crossing of {} found on this grid: "
 HIGH = LINE.replace("linspace: [0, ", "linspace: [0.5, ")
 GROUPS = PLANE.replace("axes: [cohesion_weight, ", "axes: [")
 
@@ -344,16 +345,16 @@ GROUPS = PLANE.replace("axes: [cohesion_weight, ", "axes: [")
 @pytest.mark.parametrize(
     ("spec", "at", "said"),
     [
-        (LINE, "7", [NOWHERE.format(7) + "all 3 points lie below it"]),
-        (HIGH, "1", [NOWHERE.format(1) + "all 3 points lie above it"]),
-        (PLANE, "7", [NOWHERE.format(7) + "all 9 points lie below it"]),
+        (LINE, "7", [NOWHERE.format(7) + "all 3 points are below"]),
+        (HIGH, "1", [NOWHERE.format(1) + "all 3 points are above"]),
+        (PLANE, "7", [NOWHERE.format(7) + "all 9 points are below"]),
         (
             GROUPS,
             "5.5",
             [
                 "where cohesion_weight = 1, "
                 + NOWHERE.format(5.5)
-                + "all 3 points lie below it"
+                + "all 3 points are below"
             ],
         ),
         (GROUPS, "2", []),
@@ -365,7 +366,7 @@ def test_where_no_crossing_is_known_a_sentence_says_where_points_lie(
     launched(spec.replace("at: 2", f"at: {at}"), tmp_path / "results")
     shown = sweep(tmp_path, "boundary", "small").stdout
     text = " ".join(shown.split())
-    assert text.count("nowhere") == len(said)
+    assert text.count("no crossing of") == len(said)
     assert all(one in text for one in said)
     assert ("─" in shown) == (at not in ("7", "1"))
     assert jobs
@@ -385,5 +386,5 @@ def test_points_on_no_side_are_counted(
     spec = LINE.replace("until: 0.02", "until: 0.5")
     launched(spec, tmp_path / "results")
     text = " ".join(sweep(tmp_path, "boundary", "small").stdout.split())
-    sides = "2 points above it, 1 point on a side that is not known"
+    sides = "2 points above, 1 point on an unknown side"
     assert NOWHERE.format(2) + sides in text

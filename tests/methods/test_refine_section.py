@@ -80,11 +80,11 @@ SWEEP = "separation_weight: {linspace: [0, 1, 3]}"
         ),
         (
             changed("at: 2", "at: -1"),
-            "speed lies from 0, and its mean never crosses -1",
+            "speed is from 0, so the mean never crosses -1",
         ),
         (changed("at: 2", "at: high"), '"at" must be a number, in the unit of the me'),
         (changed("at: 2", "at: high"), "or steepest"),
-        (changed("at: 2", "at: steepest", PLANE), "at: steepest takes one"),
+        (changed("at: 2", "at: steepest", PLANE), '"at: steepest" needs exactly 1'),
         (changed(AXES, "axes: [n]"), 'unknown axis "n"'),
         (changed(AXES, "axes: []"), '"axes" must be a list'),
         (changed("until: 0.02", "until: 2%"), '"until" must be a number'),
@@ -92,21 +92,21 @@ SWEEP = "separation_weight: {linspace: [0, 1, 3]}"
         (changed("max: 12", "max: 2"), '"max" must be at least "replicates"'),
         (changed("max: 12", "most: 12"), 'unknown key "most"'),
         (changed(", budget: 300", ""), 'missing "budget"|needs "budget"|"budget"'),
-        (changed("replicates: 3", "replicates: 2"), '"replicates" must be a whole'),
+        (changed("replicates: 3", "replicates: 2"), '"replicates" must be an int'),
         (
             changed(
                 "replicates: 3",
                 "replicates: {until: {metric: speed, half_width: 1}, max: 99}",
             ),
-            '"replicates" must be a whole number from 3',
+            '"replicates" must be an integer from 3',
         ),
         (changed("replicates: 3", "seeds: [1, 2, 3]"), 'takes no "seeds"'),
         (LINE + "order: coarse\n", 'takes no "order"'),
-        (changed(SWEEP, "separation_weight: [1, 0]"), "two values, ascending"),
-        (changed(SWEEP, "separation_weight: [1]"), "two values, ascending"),
+        (changed(SWEEP, "separation_weight: [1, 0]"), "two ascending values"),
+        (changed(SWEEP, "separation_weight: [1]"), "two ascending values"),
         (
             changed(SWEEP, "separation_weight: {uniform: [0, 1], points: 9}"),
-            "values are listed or on a grid",
+            "list of values or a grid",
         ),
         (
             changed(SWEEP, "separation_weight: {values: [0, 1], when: n > 3}"),
@@ -114,7 +114,7 @@ SWEEP = "separation_weight: {linspace: [0, 1, 3]}"
         ),
         (
             changed(SWEEP, "map: [empty, cafeteria]").replace(AXES, "axes: [map]"),
-            "its values are no numbers",
+            "the values are no numbers",
         ),
         (
             changed(f"  {SWEEP}", f"- {SWEEP}\n- n: [3, 4]").replace(

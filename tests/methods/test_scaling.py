@@ -99,8 +99,8 @@ def test_series_that_are_not_stationary_are_flagged(
 @pytest.mark.parametrize(
     ("where", "asked", "message"),
     [
-        ("n = 16", {}, 'has flocks of one size; "sizes" in its spec gives several'),
-        ("noise = 4", {}, "varies no number beside n"),
+        ("n = 16", {}, 'has flocks of a single size; add "sizes" to the spec'),
+        ("noise = 4", {}, "varies no number next to n"),
         ("", {"metric": "polarisation"}, 'did you mean "polarization"'),
         ("", {"by": "nois"}, 'did you mean "noise"'),
         ("", {"burn_in": 200}, "burn-in: 200 steps; allowed: 0 to 199"),
@@ -123,7 +123,7 @@ def test_a_study_without_series_or_with_more_axes(tmp_path: Path) -> None:
         found.scaling()
     more = short.replace("noise: [2, 4]", "noise: [2, 4], max_speed: [0.1, 0.2]")
     found = flown(more, tmp_path / "b")
-    with pytest.raises(ChoiceError, match="say by which: noise, max_speed"):
+    with pytest.raises(ChoiceError, match="choose from: noise, max_speed"):
         found.scaling()
     with pytest.raises(ChoiceError, match="choose with where: max_speed"):
         found.scaling(by="noise")
@@ -135,7 +135,7 @@ def test_a_study_without_series_or_with_more_axes(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("left_out", "said"), [(0, ""), (2, "2 trials left out: not done, or alone")]
+    ("left_out", "said"), [(0, ""), (2, "2 trials left out: not done, or too few")]
 )
 def test_trials_that_do_not_count_are_said(
     study: LoadedStudy, left_out: int, said: str, capsys: pytest.CaptureFixture[str]
@@ -150,7 +150,7 @@ def test_the_command(folder: Path) -> None:
     text = command(folder, "scaling", "sizes").stdout
     assert "transition: not decided" in text
     assert "no collapse: fewer than 3 sizes" in text
-    assert "the first half of each trial does not count" in text
+    assert "the first half of each trial discarded" in text
     table = command(folder, "scaling", "sizes", "--csv").stdout
     assert table.startswith("n,length,noise,order,order_low,order_high,susceptibility")
     assert len(table.splitlines()) == 7

@@ -123,13 +123,13 @@ def test_it_says_what_was_searched_and_what_became_of_candidates(said) -> None:
     assert "search      my/gains: aziel_chen2025 as_run, cohesion_weight" in text
     assert "objective   mean gain, to be large" in text
     assert (
-        "sampler     tpe, batches of 12, racing at 0.1; up to 4 blocks a candidate"
+        "sampler     tpe, batches of 12, racing at 0.1; up to 4 blocks per candidate"
         in text
     )
     assert "budget      6 of 600 trials spent" in text
     assert (
         "candidates  3 asked: 1 complete, 1 raced out, 1 failed; 3 more rejected by the"
-        " spec; 2 more were asked before" in text
+        " spec; 2 more were proposed before" in text
     )
     assert found["spent"] == 6
     assert [row["status"] for row in found["candidates"]] == [
@@ -159,7 +159,7 @@ def test_estimates_come_with_intervals_and_how_much_too_good_the_search_was(
         with_interval(first["held_out"], first["held_out_low"], first["held_out_high"])
         in text
     )
-    assert "gain (%), 95 % intervals over so many blocks" in text
+    assert "gain (%), 95 % confidence intervals over blocks" in text
 
 
 @pytest.mark.parametrize(
@@ -196,7 +196,7 @@ def test_less_is_better_where_the_objective_says_so() -> None:
         == "The winner is better than it in loss by 2.0 (1.0 to 3.0) px"
     )
     assert "is worse than" in verdict(GAIN, change, "", "A", "B")
-    assert "which has no interval" in verdict(
+    assert "without a confidence interval" in verdict(
         GAIN, change | {"low": np.nan, "high": np.nan}, "", "A", "B"
     )
     assert "held-out results are missing" in verdict(
@@ -207,8 +207,7 @@ def test_less_is_better_where_the_objective_says_so() -> None:
 def test_a_search_that_is_not_finished_says_so(said) -> None:
     text, found = said(searched(candidate(0, 5.0, blocks=2, fresh=0), finished=False))
     assert (
-        "note        The search is not finished: the same command goes on with it."
-        in text
+        "note        The search is not finished: repeat the command to resume" in text
     )
     assert "No candidate has all 4 blocks, the best has 2" in text
     assert "No held-out trials have run" in text
@@ -237,7 +236,7 @@ def test_a_tail_of_few_blocks_is_said(said) -> None:
     cvar = Objective("gain", True, Statistic("cvar", 0.2))
     text, _ = said(searched(candidate(0, 5.0, fresh=40), objectives=(cvar,)))
     assert "The CVaR 0.2 of gain rests on few of 40 held-out blocks" in text
-    assert "take 50 held-out replicates." in text
+    assert "use 50 held-out replicates." in text
     assert (
         "rests on few"
         not in said(searched(candidate(0, 5.0, fresh=50), objectives=(cvar,)))[0]
@@ -257,7 +256,7 @@ def test_without_a_feasible_candidate_there_is_no_winner(said) -> None:
     )
     assert "There is no winner: no candidate is feasible" in text
     assert "worst hits at most 0" in text
-    assert "1 of them not feasible" in text
+    assert "1 not feasible" in text
     assert found["best"] is None
     assert found["winners"] == []
 
@@ -275,7 +274,7 @@ def test_constraints_that_held_out_seeds_violate_are_said(said) -> None:
 def test_a_winner_at_the_edge_of_a_range_is_a_warning(said) -> None:
     text, _ = said(searched(candidate(0, 5.0, weight=0.99)))
     assert (
-        "cohesion_weight = 0.99 lies at the upper end of its range, 0 to 1: widen it"
+        "cohesion_weight = 0.99 is at the upper end of its range, 0 to 1: widen the"
         in text
     )
     assert "widen" not in said(searched(candidate(0, 5.0)))[0]
@@ -300,9 +299,9 @@ def test_an_edge_is_one_only_where_the_model_allows_more() -> None:
         {"a": 0.999, "b": 0.00101, "c": 3, "d": 1, "e": "y"}, ranges, settings
     )
     assert [sentence.split(",")[0] for sentence in found] == [
-        "a = 0.999 lies at the upper end of its range",
-        "b = 0.00101 lies at the lower end of its range",
-        "d = 1 lies at the lower end of its range",
+        "a = 0.999 is at the upper end of its range",
+        "b = 0.00101 is at the lower end of its range",
+        "d = 1 is at the lower end of its range",
     ]
     assert edges({"a": 0.5}, {"a": {"uniform": [0.5, 0.5]}}, settings) == []
 

@@ -356,7 +356,7 @@ def test_correlations_that_are_not_defined_are_missing() -> None:
 def test_mistakes_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     study = study_of(f"n: {{integers: [3, 5], points: 3}}, {axis('saltelli', 4)}")
     with pytest.raises(
-        ChoiceError, match="several axes are sampled, say which: joint, n"
+        ChoiceError, match="several axes are sampled; choose from: joint, n"
     ):
         rank_correlations(study, "speed")
     with pytest.raises(ChoiceError, match="no axis has sample morris"):
@@ -376,7 +376,7 @@ def test_mistakes_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     del study.provenance["axes"]
     with pytest.raises(
         StoreError,
-        match="its plan does not say what its axes sample; launch it once more",
+        match="the plan does not contain the axes; launch the study again",
     ):
         rank_correlations(study, "speed")
 

@@ -39,10 +39,10 @@ def test_sobol_indices_of_settings_and_pairs() -> None:
         f"{names[1]} x {names[2]}",
     ]
     assert kinds == ["S1, alone", "ST, with all interactions", "S2, of a pair"]
-    assert quantity == "share of the variance of speed"
+    assert quantity == "fraction of the variance of speed"
     assert (
         "made_up: 63 blocks of points (1 more left out: no value), 1,024 trials;\n95 %"
-        " bootstrap intervals" in said
+        " bootstrap confidence intervals" in said
     )
     assert "without replicate noise (up to" in said
 
@@ -69,7 +69,7 @@ def test_too_few_blocks_are_said_to_say_little(
     *_, few = texts(axis(sampler, 4), analyse or rank_correlations)
     *_, many = texts(axis(sampler, fewest + 2), analyse or rank_correlations)
     assert f"\nfewer than {fewest} " in few
-    assert "say little" not in many
+    assert "are imprecise" not in many
 
 
 def test_where_resamples_have_no_value_the_note_says_that_there_is_no_interval() -> (
@@ -79,7 +79,7 @@ def test_where_resamples_have_no_value_the_note_says_that_there_is_no_interval()
     study.trials["speed"] = np.arange(len(study.trials)) // (len(study.trials) // 2)
     said = sensitivity_figure(sobol(study, "speed", resamples=50)).get_supxlabel()
     assert "bootstrap" not in said
-    assert "no intervals: some resamples of so few blocks give no value" in said
+    assert "no confidence intervals: some resamples of few blocks give no value" in said
 
 
 def test_rank_correlations() -> None:
@@ -95,4 +95,4 @@ def test_a_panel_each_for_the_values_of_other_axes(sizes: int) -> None:
     assert [axes.get_title() for axes in figure.axes if axes.axison] == [
         f"n = {3 + place}" for place in range(sizes)
     ]
-    assert "10 points, 20 trials a panel" in figure.get_supxlabel()
+    assert "10 points, 20 trials per panel" in figure.get_supxlabel()

@@ -173,11 +173,11 @@ VICSEK = (
 @pytest.mark.parametrize(
     ("spec", "message"),
     [
-        (changed((DT, "dt: [2]")), '"dt" must be a share of the time step'),
-        (changed((DT, "dt: [1/65]")), '"dt" must be a share of the time step'),
-        (changed((DT, "dt: [true]")), '"dt" must be a share of the time step'),
-        (changed((DT, "dt: [1/0]")), '"dt" must be a share of the time step'),
-        (changed((DT, "dt: [1/2, 0.5]")), '0.5 stands twice in "dt"'),
+        (changed((DT, "dt: [2]")), '"dt" must be a fraction of the time step'),
+        (changed((DT, "dt: [1/65]")), '"dt" must be a fraction of the time step'),
+        (changed((DT, "dt: [true]")), '"dt" must be a fraction of the time step'),
+        (changed((DT, "dt: [1/0]")), '"dt" must be a fraction of the time step'),
+        (changed((DT, "dt: [1/2, 0.5]")), '0.5 is listed twice in "dt"'),
         (changed((DT, "td: [1/2]")), 'unknown key "td". Allowed: dt, search, update'),
         (changed(("all_pairs", "all_pears")), 'did you mean "all_pairs"'),
         (changed(("update: both", "update: one")), 'updates "one". Allowed: both'),
@@ -210,7 +210,7 @@ def test_what_cannot_be_is_refused(spec: str, message: str) -> None:
         ),
         (
             changed(("[0.5, 1]", "[0.5, 1]\n  update: [sequential, synchronous]")),
-            '"update" varies in the study already',
+            '"update" already varies in the study',
         ),
         (
             changed(
@@ -220,7 +220,7 @@ def test_what_cannot_be_is_refused(spec: str, message: str) -> None:
                     " drag: {linspace: [0, 0.1, 2]}}}",
                 )
             ),
-            '"drag" changes with the step, and stands on an axis that has more',
+            '"drag" changes with the step, but its axis has more than a list',
         ),
     ],
 )

@@ -58,7 +58,7 @@ def flown(tmp_path: Path) -> StoredStudy:
 
 def test_trials_are_added_until_an_interval_is_narrow(tmp_path: Path) -> None:
     spec = written(tmp_path, spec=UNTIL)
-    assert "6 to 18 (3 to 9 a point" in said(tmp_path, "plan", "drawn.yaml")
+    assert "6 to 18 (3 to 9 per point" in said(tmp_path, "plan", "drawn.yaml")
     study = launched(spec, tmp_path / "results")
     assert stopping(study)["n"].min() > 3
     assert "nothing was missing" in said(tmp_path, "launch", "drawn.yaml")
@@ -97,9 +97,10 @@ def test_a_search_goes_on_and_begins_anew_with_another_rule(tmp_path: Path) -> N
 def test_stored_trials_are_shown_exported_and_drawn(flown: StoredStudy) -> None:
     folder = flown.store.folder.parent.parent
     trial = flown.plan["trial_id"][0].as_py()
-    assert "6 of 6 the same" in said(folder, "verify", "drawn", "--fraction", "1")
+    verified = said(folder, "verify", "drawn", "--fraction", "1")
+    assert "6 of 6 bitwise identical" in verified
     shown = said(folder, "replay", "drawn", trial, "--animate", "flight.gif")
-    assert "equal to what is stored" in shown
+    assert "identical to the stored values" in shown
     assert (folder / "flight.gif").stat().st_size > 0
     assert "coverage.png" in said(folder, "plot", "drawn", "coverage", "trajectories")
     for name in ("rows.csv", "rows.nc", "rows.parquet"):
@@ -111,13 +112,11 @@ def test_stored_trials_are_shown_exported_and_drawn(flown: StoredStudy) -> None:
 
 def test_diff_says_which_code_has_changed_before_anything_runs(tmp_path: Path) -> None:
     launched(written(tmp_path), tmp_path / "results")
-    assert "6 of the trials it would have, 0 to run" in said(
-        tmp_path, "diff", "drawn.yaml"
-    )
+    assert "6 of the planned trials, 0 to run" in said(tmp_path, "diff", "drawn.yaml")
     edited(tmp_path, *OTHER_RULE)
     shown = said(tmp_path, "diff", "drawn.yaml")
     assert "the code has changed (model drawn as_run)" in shown
-    assert "0 of the trials it would have, 6 to run" in shown
+    assert "0 of the planned trials, 6 to run" in shown
     assert "model" not in said(tmp_path, "diff", "drawn.yaml", "drawn.yaml")
 
 
@@ -189,7 +188,7 @@ def test_an_old_trial_is_viewed_by_the_code_that_computed_it(
     show = Replay(flown, trial)
     while show.going:
         show.advance(3)
-    assert "equal to what is stored" in said(folder, "replay", "drawn", trial)
+    assert "identical to the stored values" in said(folder, "replay", "drawn", trial)
 
 
 def test_spec_and_code_are_laid_out_to_launch_on(tmp_path: Path) -> None:
@@ -200,7 +199,7 @@ def test_spec_and_code_are_laid_out_to_launch_on(tmp_path: Path) -> None:
     edited(home, *OTHER_RULE)
     relaunch(spec, home / "results")
     done = sweep(home, "code", "drawn", "--to", "work")
-    assert done.stderr == "sweep launch work/spec.yaml launches it on\n"
+    assert done.stderr == "sweep launch work/spec.yaml resumes the study\n"
     lines = done.stdout.splitlines()
     names = ["drawn.py", "mine.py", "places.py", "rules.py"]
     assert lines[:5] == [f"work/{name}" for name in ("spec.yaml", *names)]
@@ -227,7 +226,7 @@ def test_a_packed_study_is_laid_out_under_another_name(tmp_path: Path) -> None:
     assert "exists already" in said(tmp_path, "load", file, "--to=taken", code=2)
     assert not (tmp_path / "results").exists()
     shown = said(tmp_path, "load", file, "--as", "their/own", "--to", "work")
-    assert shown.endswith("sweep launch work/spec.yaml launches it on\n")
+    assert shown.endswith("sweep launch work/spec.yaml resumes the study\n")
     assert "study: their/own" in (tmp_path / "work" / "spec.yaml").read_text()
     assert "nothing was missing" in said(tmp_path, "launch", "work/spec.yaml")
     loaded = boidsweep.unpack(file, "other", tmp_path / "there", to=tmp_path / "mine")
@@ -247,7 +246,7 @@ def test_code_from_another_folder_is_laid_out_there(tmp_path: Path) -> None:
     shown = sweep(home, "code", "drawn", "--to", "work")
     assert shown.stdout.startswith("work/specs/spec.yaml\nwork/drawn.py\n")
     on = "launch work/specs/spec.yaml --code-from work"
-    assert shown.stderr == f"sweep {on} launches it on\n"
+    assert shown.stderr == f"sweep {on} resumes the study\n"
     assert "nothing was missing" in said(home, *on.split())
 
 

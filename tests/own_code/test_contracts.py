@@ -84,7 +84,7 @@ WRONG = {
         "vortex.py",
         "    _rng: Generator,\n",
         "",
-        "the advance of vortex, takes 6 arguments, and gets 7: flock, world, params,",
+        "the advance of vortex, takes 6 arguments, but gets 7: flock, world, params,",
     ),
     "draws from numpy": (
         "vortex.py",
@@ -96,7 +96,7 @@ WRONG = {
         "vortex.py",
         "return Sight(params.perception_range)",
         "return params.perception_range",
-        "sight of vortex returns 200.0: it must return a Sight",
+        "sight of vortex returns 200.0; allowed: a Sight",
     ),
     "sees what is not there": (
         "vortex.py",
@@ -126,7 +126,7 @@ WRONG = {
         "charge.py",
         "observation, values)",
         "values)",
-        "takes 4 arguments, and gets 5: frames, filled, ground, observation, values",
+        "takes 4 arguments, but gets 5: frames, filled, ground, observation, values",
     ),
     "a metric is better somehow": (
         "charge.py",
@@ -218,7 +218,7 @@ def test_what_keeps_its_last_states_may_not_ask_how_many_steps_are_left(
     planned(folder)
     keeping = SPEC.replace("charge.py]", "charge.py], last_states: true")
     (folder / "spec.yaml").write_text(f"{keeping}streams: {{noise: common}}\n")
-    with pytest.raises(SpecError, match="nothing may depend on the number of steps"):
+    with pytest.raises(SpecError, match="no value may depend on the number of steps"):
         planned(folder)
     (folder / "vortex.py").write_text(text)
     planned(folder)

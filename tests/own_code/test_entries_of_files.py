@@ -136,7 +136,7 @@ def test_a_table_says_that_a_metric_declares_no_distribution(folder: Path) -> No
     launch(load_spec(folder / "spec.yaml"), folder / "results", Serial())
     study = StoredStudy("mine", folder / "results")
     table = point_means(study, ["speed", "eastward"])
-    assert "eastward declares no distribution and is taken as normal" in caption(
+    assert "eastward declares no distribution and is treated as normal" in caption(
         study, table
     )
     rows = point_rows(study, table)
@@ -234,18 +234,18 @@ def test_a_table_of_flocks_has_nothing_in_common_with_random_starts(
         (
             flocks(2),
             ("replicates: 2", "replicates: 5"),
-            "9: flock.csv has the flocks of 2 replicates, and a point may have 5",
+            "9: flock.csv has the flocks of 2 replicates, but a point may have 5",
         ),
         (
             flocks(2),
             ("replicates: 2", "seeds: [1, 2]"),
-            "5: flock.csv has the flocks of 2 replicates: it is for a sweep with",
+            "5: flock.csv has the flocks of 2 replicates: use a sweep with",
         ),
         (flocks(3).replace("\n0,", "\n4,"), ("", ""), "5: flock.csv has no boid of"),
         (
             flocks(2) + "1,1,1,1,1\n",
             ("", ""),
-            "5: flock.csv has 3 boids of replicate 0, and 4 of replicate 1: all must",
+            "5: flock.csv has 3 boids of replicate 0, and 4 of replicate 1: the",
         ),
         (flocks(2) + "-1,1,1,1,1\n", ("", ""), '5: flock.csv, line 8: replicate "-1"'),
         (flocks(2) + "0,1,1,1\n", ("", ""), "5: flock.csv, line 8: 0, 1, 1, 1: not 5"),
@@ -297,9 +297,12 @@ def launched(folder: Path) -> Path:
 @pytest.mark.parametrize(
     ("table", "message"),
     [
-        ("", "flock.csv, line 1: its columns must be x, y, heading or x, y, vx, vy"),
-        ("x,y\n1,2\n", "flock.csv, line 1: its columns must be"),
-        ("x,y,heading,heading\n", "flock.csv, line 1: its columns must be"),
+        (
+            "",
+            "flock.csv, line 1: wrong columns; allowed: x, y, heading or x, y, vx, vy",
+        ),
+        ("x,y\n1,2\n", "flock.csv, line 1: wrong columns; allowed: "),
+        ("x,y,heading,heading\n", "flock.csv, line 1: wrong columns; allowed: "),
         ("x,y,heading\n", "flock.csv has no boid"),
         ("x,y,heading\n1,2,3\n1,2\n", "flock.csv, line 3: 1, 2: not 3 finite numbers"),
         ("x,y,heading\n1,2,nan\n", "flock.csv, line 2: 1, 2, nan: not 3 finite"),
@@ -323,7 +326,7 @@ def test_what_is_no_table_of_places_is_said(
         (":pillar", "", "5: entries.py has several maps: write ./entries.py:NAME"),
         (":pillar", ":piller", '5: unknown map of entries.py "piller"; did you mean'),
         (":eastward", ":x", '11: unknown metric of entries.py "x". Allowed: eastward'),
-        ("./entries.py:pillar", "./flock.csv", "5: flock.csv can only be a start"),
+        ("./entries.py:pillar", "./flock.csv", "5: flock.csv is a table; allowed:"),
         ("./flock.csv", "./entries.py", "5: entries.py has no STARTS"),
         (
             "model: nguyen2024",
@@ -331,7 +334,7 @@ def test_what_is_no_table_of_places_is_said(
             "3: entries.py: MODEL is no Model",
         ),
         ("./flock.csv", "./folk.csv", '5: there is no file "folk.csv" in'),
-        ("./flock.csv", "flock.csv", '5: a file beside the spec is written "./flock'),
+        ("./flock.csv", "flock.csv", '5: write "./flock.csv" for a file next to'),
         ("points: 3", "points: 3, levels: 4", '7: unknown key "levels"'),
     ],
 )
@@ -358,7 +361,7 @@ def test_a_file_that_cannot_be_meant_is_said_with_its_line(
             'METRICS = {"status": METRICS["haste"]}',
             'cannot be called "status"',
         ),
-        ('METRICS = {"n": METRICS["haste"]}', 'there is a setting "n" already'),
+        ('METRICS = {"n": METRICS["haste"]}', 'there is a parameter "n" already'),
         (
             'METRICS = {"haste": METRICS["haste"]._replace(unit="px")}',
             'metric "haste" has the unit "px"; allowed: "", "length"',
@@ -366,9 +369,9 @@ def test_a_file_that_cannot_be_meant_is_said_with_its_line(
         ("1 / 0", "line 44: ZeroDivisionError: division by zero"),
         ("raise SystemExit(3)", "line 44: SystemExit: 3"),
         ("import nowhere", "line 44: ModuleNotFoundError: No module named 'nowhere'"),
-        ("import near", '"near" is a file beside it, which is imported relatively'),
+        ("import near", '"near" is a file in the folder of this file; import it'),
         ("from . import far", "there is no far.py to import"),
-        ("def", "line 44: no Python: invalid syntax"),
+        ("def", "line 44: not Python: invalid syntax"),
     ],
 )
 def test_what_is_wrong_with_a_file_is_said_in_a_sentence(
@@ -389,7 +392,7 @@ def test_what_is_wrong_with_a_file_is_said_in_a_sentence(
 def test_a_metric_of_the_name_of_a_setting_is_refused(folder: Path) -> None:
     with (folder / "entries.py").open("a") as file:
         file.write('METRICS = {"drag": METRICS["haste"]}\n')
-    with pytest.raises(SpecError, match="metrics have the names of settings: drag"):
+    with pytest.raises(SpecError, match="metrics have the names of parameters: drag"):
         load_spec(with_text(folder, "./entries.py:eastward", "./entries.py"))
 
 
@@ -429,7 +432,7 @@ def test_a_figure_of_a_file_is_drawn(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("code", "message"),
     [
-        ('FIGURES["curves"] = FIGURES["bare"]', 'there is a kind "curves" already'),
+        ('FIGURES["curves"] = FIGURES["bare"]', 'a kind "curves" exists already'),
         ("FIGURES = {}", "kind.py has no FIGURES"),
         ("FIGURES = {'bare': 1}", 'FIGURES["bare"] is no FigureKind'),
     ],

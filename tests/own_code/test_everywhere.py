@@ -123,7 +123,7 @@ def test_shares_in_folders_of_their_own_add_up_to_one_launch(
     done = sweep(tmp_path / "folder-1", "launch", "drawn.yaml", f"--results={results}")
     assert "nothing was missing" in done.stderr
     options = ("drawn", "--fraction=1", f"--results={results}")
-    assert "6 of 6 the same" in sweep(tmp_path, "verify", *options).stdout
+    assert "6 of 6 bitwise identical" in sweep(tmp_path, "verify", *options).stdout
     assert (
         "go         nothing"
         in sweep(tmp_path, "gc", "drawn", "--dry-run", f"--results={results}").stdout
@@ -148,7 +148,7 @@ def test_an_object_store_keeps_the_code_too(whole: StoredStudy, tmp_path: Path) 
         assert same(stored, whole)
         assert "rightwards" in said("table", "drawn")
         trial = stored.plan["trial_id"][0].as_py()
-        assert "equal to what is stored" in said("replay", "drawn", trial)
+        assert "identical to the stored values" in said("replay", "drawn", trial)
         [sha] = kept_code(stored.store)
         stored.store.place.remove(f"code-{sha}.json")
         assert sweep(tmp_path, "table", "drawn", option).returncode == 2
@@ -157,7 +157,7 @@ def test_an_object_store_keeps_the_code_too(whole: StoredStudy, tmp_path: Path) 
         edited(tmp_path, *OTHER_RULE)
         assert relaunch(spec, results).statuses.total() == 6
         assert len(kept_code(stored.store)) == 2
-        assert "1 versions of your own code" in said("gc", "drawn", "--yes")
+        assert "1 versions of custom code" in said("gc", "drawn", "--yes")
         assert len(kept_code(stored.store)) == 1
         assert sha not in kept_code(stored.store)
-        assert "6 of 6 the same" in said("verify", "drawn", "--fraction=1")
+        assert "6 of 6 bitwise identical" in said("verify", "drawn", "--fraction=1")

@@ -95,7 +95,8 @@ def test_code_of_earlier_trials_that_is_damaged_harms_no_other(folder: Path) -> 
     relaunch(folder / "drawn.yaml", folder / "results")
     cut(old)
     assert sweep(folder, "table", "drawn").returncode == 0
-    assert "6 of 6 the same" in sweep(folder, "verify", "drawn", "--fraction=1").stdout
+    verified = sweep(folder, "verify", "drawn", "--fraction=1").stdout
+    assert "6 of 6 bitwise identical" in verified
     found = sweep(folder, "replay", "drawn", earlier)
     assert (found.returncode, old.name in found.stderr) == (2, True)
 
@@ -120,15 +121,16 @@ def test_gc_takes_code_with_the_last_trials_that_it_computed(folder: Path) -> No
     shown = sweep(folder, "gc", "drawn", "--dry-run").stdout
     assert "6 trials that were computed by other code: model drawn as_run" in shown
     assert (
-        "go         1 versions of your own code, code-*.json, by which no trial that"
-        f" stays was computed: {first.stat().st_size / 1000:.1f} kB"
+        "go         1 versions of custom code, code-*.json, that computed no remaining"
+        f" trial: {first.stat().st_size / 1000:.1f} kB"
     ) in shown
     assert set(kept(folder)) == {first, second, third}
     assert "freed" in sweep(folder, "gc", "drawn", "--yes").stdout
     assert set(kept(folder)) == {second, third}
     after = StoredStudy("drawn", results)
     assert after.trials.equals(rows)
-    assert "6 of 6 the same" in sweep(folder, "verify", "drawn", "--fraction=1").stdout
+    verified = sweep(folder, "verify", "drawn", "--fraction=1").stdout
+    assert "6 of 6 bitwise identical" in verified
     assert find_waste(after).code == {}
 
 
@@ -165,7 +167,7 @@ def test_code_that_a_launch_of_a_share_has_written_stays(folder: Path) -> None:
     assert len(waste.code) == 1
     with (
         Lock(study.store.place, Share(1, 3)),
-        pytest.raises(StoreError, match="share 1/3 of this study is being launched"),
+        pytest.raises(StoreError, match="shard 1/3 of this study is being launched"),
     ):
         clean(study, waste)
     assert set(kept(folder)) == {old, new}

@@ -86,7 +86,8 @@ def test_a_module_and_a_file_from_elsewhere_are_written_as_a_spec_names_them() -
 @pytest.mark.slow
 def test_stored_trials_are_read_verified_and_run_again(folder: Path) -> None:
     assert "rightwards" in said(folder, "table", "named")
-    assert "4 of 4 the same" in said(folder, "verify", "named", "--fraction", "1")
+    verified = said(folder, "verify", "named", "--fraction", "1")
+    assert "4 of 4 bitwise identical" in verified
     assert "swirl_weight" in said(folder, "models", "swirling.model:MODEL")
     schema = json.loads(said(folder, "schema", "--spec", "spec.yaml"))
     assert "swirling.model:MODEL" in json.dumps(schema)
@@ -112,9 +113,7 @@ def test_a_package_with_other_code_does_not_run_stored_trials(
     other = RULES.replace("SIGN = 1.0", "SIGN = -1.0")
     install(here, {}, INSTALLED | {"rules.py": other})
     refused = said(here, "verify", "named", code=2)
-    assert (
-        "the code of swirling 1.0, by which the trials are computed, is not" in refused
-    )
+    assert "the trials need the code of swirling 1.0, which differs from" in refused
     changed = said(here, "diff", "spec.yaml")
     assert "the code has changed (model swirl standard)" in changed
 
@@ -124,7 +123,7 @@ WRONG = {
         'swirlin.model: unknown installed package "swirlin"; did you mean "swirling"?'
     ),
     "swirling.modle:MODEL": "swirling.modle: ModuleNotFoundError: No module named",
-    "swirling.model:MODLE": 'swirling.model: MODLE is no Model; it has "MODEL"',
+    "swirling.model:MODLE": 'swirling.model: MODLE is no Model; the file has "MODEL"',
     "json:MODEL": 'json: unknown installed package "json"',
     "turning.model:MODEL": 'turning.model: unknown installed package "turning"',
 }
@@ -148,7 +147,7 @@ def test_modules_run_where_they_are_named_and_may(tmp_path: Path) -> None:
         ("launch", "spec.yaml"),
         ("table", "named"),
     )
-    runs = 'this spec runs code from "swirling.model:MODEL"'
+    runs = 'the spec runs code from "swirling.model:MODEL"'
     assert without.stderr == f"spec.yaml:3: {runs}; no code may run\n"
     assert without.returncode == 2
     assert "\nruns code  swirling.model, swirling.tables\n" in plan.stdout

@@ -49,8 +49,8 @@ def test_nothing_is_compiled_before_names_stand_for_something(
     path, line = written(tmp_path, within)
     assert path.name == "drawn.py"
     assert said(tmp_path, command, caplog) == [
-        f'spec.yaml:3: drawn.py, line {line}, "{code}  {LINE}": the name "gian" stands'
-        " for nothing; define or import it"
+        f'spec.yaml:3: drawn.py, line {line}, "{code}  {LINE}": the name "gian" is'
+        " not defined; define or import it"
     ]
 
 

@@ -108,7 +108,7 @@ def test_the_command_prints_it(folder: Path) -> None:
     assert json.loads(shown) == schema_for(folder / "spec.yaml")
     refused = sweep(folder, "schema", "--spec", "spec.yaml", "--no-code")
     assert refused.returncode == 2
-    assert refused.stderr.startswith('spec.yaml:3: this spec runs code from "./vor')
+    assert refused.stderr.startswith('spec.yaml:3: the spec runs code from "./vor')
 
 
 def test_a_sampler_of_a_file_is_valid_in_any_schema(folder: Path) -> None:

@@ -46,21 +46,21 @@ def test_mistakes_of_all_studies_are_said_at_once(tmp_path: Path) -> None:
     assert [
         (one.line, str(one).partition(": ")[2]) for one in error.value.mistakes
     ] == [
-        (5, 'unknown setting "m"'),
-        (18, "'-x' is not allowed for separation_weight: it is a number from 0"),
+        (5, 'unknown parameter "m"'),
+        (18, "'-x' is not allowed for separation_weight; allowed: a number from 0"),
         (23, "is empty"),
     ]
 
 
 def test_no_two_studies_have_one_name(tmp_path: Path) -> None:
-    with pytest.raises(SpecError, match=r'12: study "small" stands twice.*line 2'):
+    with pytest.raises(SpecError, match=r'12: study "small" is listed twice.*line 2'):
         load_specs(written(tmp_path, SMALL + "---" + SMALL))
 
 
 def test_where_one_study_is_meant_a_second_one_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(SpecError, match=r"paper\.yaml:13: begins another study"):
+    with pytest.raises(SpecError, match=r"paper\.yaml:13: begins a second study"):
         load_spec(written(tmp_path, BOTH))
-    with pytest.raises(SpecError, match=r"spec\.yaml:3: begins another study"):
+    with pytest.raises(SpecError, match=r"spec\.yaml:3: begins a second study"):
         parse_document("a: 1\n# b\n---\nc: 2\n", Path("spec.yaml"))
 
 

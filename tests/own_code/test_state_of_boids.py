@@ -59,7 +59,7 @@ def test_a_study_of_it_runs_and_its_trajectories_are_exported(tmp_path: Path) ->
     launched = sweep(tmp_path, "launch", "spec.yaml")
     assert "4 done" in launched.stderr
     verified = sweep(tmp_path, "verify", "circles", "--fraction", "1")
-    assert "4 of 4 the same" in verified.stdout
+    assert "4 of 4 bitwise identical" in verified.stdout
     sweep(tmp_path, "export", "circles", "--table", "trajectories", "--to", "t.csv")
     names = "trial_id,frame,boid,x,y,vx,vy,phase,frequency,kind"
     first = (tmp_path / "t.csv").read_text().partition("\n")[0]
@@ -78,7 +78,7 @@ def test_a_description_has_state_and_kinds_without_code() -> None:
     assert (model.state, model.kinds) == (MODEL.state, MODEL.kinds)
     assert (metric.state, metric.kinds) == (ORDER.state, ORDER.kinds)
     assert model.count_kinds is not None
-    with pytest.raises(CodeError, match="which was not loaded"):
+    with pytest.raises(CodeError, match="but was not loaded"):
         model.count_kinds(None, 3)
 
 

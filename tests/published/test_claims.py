@@ -128,9 +128,9 @@ MISTAKES = [
     (
         "frame: 0",
         "frame: 3",
-        "no frame is recorded there: frames are 0, 2, ... and the last, 6",
+        "no recorded frame; allowed: 0, 2, ... and the last frame, 6",
     ),
-    ("frame: 0", "frames: [8, 9]", "no frame is recorded there"),
+    ("frame: 0", "frames: [8, 9]", "no recorded frame; allowed: 0"),
     ("frame: 0", "frames: [0, 2], frame: 0", 'give either "frame" or "frames"'),
     (
         "weight: 1}",
@@ -140,19 +140,19 @@ MISTAKES = [
     (
         "separation_weight: 1}",
         "separation_wait: 1}",
-        'unknown setting "separation_wait"; did you mean',
+        'unknown parameter "separation_wait"; did you mean',
     ),
     (
         "separation_weight: 1}",
         "n: many}",
-        "'many' is not allowed for n: it is a whole number",
+        "'many' is not allowed for n; allowed: an integer",
     ),
     (
         ", for: {separation_weight: 1}}",
         "}",
-        '2 points are left: "unit" must say what counts',
+        '2 points: "unit" must name the independent value',
     ),
-    ("frame: 0,", "unit: trial, ", 'only one point is left: "unit" has no meaning'),
+    ("frame: 0,", "unit: trial, ", '"unit" has no meaning for a single point'),
     (MEASURE, "{maen: speed}", 'unknown key "maen"; did you mean "mean"?'),
     (
         MEASURE,
@@ -167,7 +167,7 @@ MISTAKES = [
     (
         MEASURE,
         "{call: constant}",
-        'missing key "distribution": how the values of constant vary, one of normal,',
+        'missing key "distribution", the distribution of the values of constant;',
     ),
     (
         MEASURE,
@@ -185,7 +185,7 @@ MISTAKES = [
         "{rank_correlation: [separation_weight, speed]}",
         '"trials" has no meaning for a rank correlation',
     ),
-    (MEASURE, "{transition: speed}", "tiny/small has flocks of one size there"),
+    (MEASURE, "{transition: speed}", "tiny/small has flocks of a single size"),
     (
         EXPECT,
         "{value: 1, above: 2}",
@@ -194,12 +194,12 @@ MISTAKES = [
     (
         EXPECT,
         "{value: 1, margin: 2}",
-        '"margin" and "because", its reason, go together',
+        '"margin" needs "because", the reason, and vice versa',
     ),
     (
         EXPECT,
         "{value: 1}",
-        'missing key "margin": how far ours may be from the number',
+        'missing key "margin": the allowed distance from the number',
     ),
     (
         EXPECT,
@@ -214,12 +214,12 @@ MISTAKES = [
     (
         EXPECT,
         "{value: 1, margin: 5, because: 3}",
-        '"because" must be a text, not 3',
+        '"because" must be a string, not 3',
     ),
     (
         EXPECT,
         "{value: 1, margin: 5%, because: x}",
-        '"margin" must be a number, or a share of the value such as "5 %", not "5%"',
+        '"margin" must be a number, or a fraction of the value such as "5 %", not "5%"',
     ),
     (
         "kind: number",
@@ -251,11 +251,11 @@ MISTAKES = [
     (
         EXPECT,
         "{value: 1, rounding: -1, margin: 1, because: x}",
-        '"rounding" must be a number from 0, not -1',
+        '"rounding" must be a number of at least 0, not -1',
     ),
     (EXPECT, "{above: 1, trials: 3}", 'unknown key "trials"'),
     (EXPECT, "{within: [2, 1]}", "a list of two numbers, the smaller one first"),
-    ("    spec: small\n", "", 'missing key "spec": whose trials test the claim'),
+    ("    spec: small\n", "", 'missing key "spec": the spec whose trials test'),
     (
         "    spec: small",
         "    spec: smal",
@@ -266,7 +266,7 @@ MISTAKES = [
         "figure: curve",
         'unknown figure "curve"; did you mean "curves"?',
     ),
-    ("id: hidden", "id: start-speed", '"start-speed" stands twice'),
+    ("id: hidden", "id: start-speed", '"start-speed" is listed twice'),
     ("id: hidden", 'id: "a b"', '"id" must be a name of letters'),
     (
         "    untestable:",
@@ -355,7 +355,7 @@ def test_mutants_change_specs(tmp_path: Path) -> None:
             "fixed.drag: 0.2",
             "fixed.drga: 0.2",
             "tiny/published.yaml:24: with these changes small.yaml is wrong: unknown"
-            ' setting "drga"; did you mean "drag"?',
+            ' parameter "drga"; did you mean "drag"?',
         ),
         ("fixed.drag: 0.2", "fixd.drag: 0.2", 'unknown mapping in the spec "fixd"'),
         ("all: ", "smal: ", 'published.yaml:24: unknown spec "smal"; did you mean'),
@@ -423,7 +423,7 @@ def test_a_share_is_a_margin(tmp_path: Path) -> None:
                 " specs,), text)"
             ),
         ),
-        ('"curves":', "3:", 'figures.py: figure "3" must be named by a text'),
+        ('"curves":', "3:", 'figures.py: figure "3" must have a string as name'),
     ],
 )
 def test_wrong_figures_are_named(
@@ -444,13 +444,13 @@ def test_a_study_belongs_to_one_spec(tmp_path: Path) -> None:
     )
     with pytest.raises(
         SpecError,
-        match=r'tiny/small.yaml: study "tiny/small" is that of tiny/other.yaml already',
+        match=r'tiny/small.yaml: study "tiny/small" is already the study of tiny/other',
     ):
         read_all(folder, quick=False)
 
 
 def test_a_folder_without_publications_is_an_error(tmp_path: Path) -> None:
-    with pytest.raises(SpecError, match=r"no folder in it has a published.yaml"):
+    with pytest.raises(SpecError, match=r"no subfolder has a published.yaml"):
         read_all(tmp_path, quick=False)
 
 

@@ -78,7 +78,7 @@ def test_trials_that_are_not_done_say_nothing(results: Path) -> None:
 def test_a_study_without_frames_is_an_error(tmp_path: Path) -> None:
     bare = SPEC.replace("  series: [speed]\n", "").replace("trajectories: true", "")
     launch(parse_spec(bare.replace("  \n", "")), tmp_path, Serial())
-    with pytest.raises(ValueError, match=r"^tiny stores nothing that defines its metr"):
+    with pytest.raises(ValueError, match=r"^tiny stores neither series nor traj"):
         shares(StoredStudy("tiny", tmp_path))
 
 

@@ -26,7 +26,7 @@ def test_planned_trials_are_judged_by_the_few_that_are_there(tmp_path: Path) -> 
     [nothing] = outlooks(full, quick, results)
     assert nothing.foreseen is None
     assert list(outlook_lines("tiny", [nothing]))[1:] == [
-        "  no trial to judge from: start-speed"
+        "  no pilot trials: start-speed"
     ]
     run_studies(quick.studies.values(), results, Serial(), ProgressBar)
     [pilot] = outlooks(full, quick, results)
@@ -55,9 +55,9 @@ def test_the_command_marks_what_is_weak_and_runs_nothing(tmp_path: Path) -> None
     assert done.returncode == 0, done.stderr
     first, second = done.stdout.splitlines()
     assert first == (
-        "tiny: 1 of 1 claims are weak, as their planned trials cannot confirm them"
+        "tiny: 1 of 1 claims are weak: the planned trials cannot confirm these claims"
     )
-    assert second.startswith("  weak  start-speed: 8 trials notice 0.0")
+    assert second.startswith("  weak  start-speed: 8 trials detect 0.0")
     assert ", the margin is 0.0015; " in second
     assert sorted(path for path in (tmp_path / "results").rglob("*")) == before
 
@@ -67,4 +67,4 @@ def test_a_plan_is_of_the_full_scale(tmp_path: Path, scale: str) -> None:
     experiments(tmp_path)
     wrong = sweep(tmp_path, "reproduce", "--plan", "--scale", scale)
     assert (wrong.returncode, wrong.stdout) == (2, "")
-    assert f"--plan is of the full scale, not of {scale}" in wrong.stderr
+    assert f"--plan needs --scale full, not {scale}" in wrong.stderr

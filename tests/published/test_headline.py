@@ -151,5 +151,5 @@ def test_those_of_few_trials_or_of_other_claims_are_none(
 def test_a_damaged_scorecard_is_one_line(tmp_path: Path) -> None:
     results = stored(tmp_path)
     (results / SCORECARD[-1]).write_text('{"scale": 3}')
-    with pytest.raises(StoreError, match=r"scorecard.json: .*; remove it and"):
+    with pytest.raises(StoreError, match=r"scorecard.json: .*; delete the file and"):
         read_verdicts(results, tiny(tmp_path))

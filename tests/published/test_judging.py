@@ -56,7 +56,7 @@ def test_some_of_the_trials_are_no_verdict(tmp_path: Path) -> None:
     assert part.verdict.status == "partial"
     assert part.measured is not None
     assert 0 < part.measured.used < 8
-    assert " of 16 trials of tiny/small are there; so far: differs by" in (
+    assert " of 16 trials of tiny/small are stored; so far: differs by" in (
         part.verdict.reason
     )
     assert tallies([part])["statement"] == {"partial": 1}
@@ -69,7 +69,7 @@ def test_neither_are_those_of_which_some_failed(tmp_path: Path) -> None:
     launch(tiny.studies["small"], tmp_path / "results", Serial())
     found = first(tmp_path, tiny)
     assert found.verdict.status == "partial"
-    assert "8 of 16 trials of tiny/small are there" in found.verdict.reason
+    assert "8 of 16 trials of tiny/small are stored" in found.verdict.reason
 
 
 def test_neither_are_those_of_a_rule_that_asks_for_more(tmp_path: Path) -> None:
@@ -89,7 +89,7 @@ def test_neither_are_those_of_a_rule_that_asks_for_more(tmp_path: Path) -> None:
         launch(tiny.studies["small"], tmp_path / "results", Serial(), report=stop)
     found = first(tmp_path, tiny)
     assert found.verdict.status == "partial"
-    assert found.verdict.reason.startswith("more trials of tiny/small follow by its")
+    assert found.verdict.reason.startswith("more trials of tiny/small follow by the")
 
 
 @pytest.mark.parametrize(

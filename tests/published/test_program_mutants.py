@@ -119,8 +119,8 @@ def test_a_mistake_turns_a_claim_and_no_trial_of_ours(tmp_path: Path) -> None:
     }
     assert found.unmoved == ["contact-threshold"]
     assert found.summary("mutants") == (
-        "1 of 2 mutants are noticed; 1 of 2 confirmed claims notice one;"
-        " not noticed: contact-threshold (changes no number)"
+        "1 of 2 mutants are detected; 1 of 2 confirmed claims detect a mutant;"
+        " not detected: contact-threshold (changes no number)"
     )
     ours, theirs = (
         StoredStudy(f"{where}/tiny/small", results).trials

@@ -82,7 +82,7 @@ def test_a_second_run_runs_and_draws_nothing_and_a_wrong_speed_fails(
     assert (done(wrong), wrong.whole) == ((16, 2, 0), True)
     assert wrong.statements == {"tiny": {"refuted": 1, "not testable": 1}}
     assert (
-        "lies wholly outside the margin"
+        "is completely outside the margin"
         in (tmp_path / "results" / "scorecard.md").read_text()
     )
 
@@ -145,7 +145,7 @@ def test_a_figure_or_a_measure_that_fails_stops_nothing_else(tmp_path: Path) -> 
     assert outcome.failures == [
         "figure tiny/bad: RuntimeError: no idea",
         (
-            "figure tiny/none: TypeError: its function must return a figure of"
+            "figure tiny/none: TypeError: the function must return a figure of"
             " matplotlib, not ndarray"
         ),
         "claim tiny/start-speed: broken: RuntimeError: no idea",
@@ -153,7 +153,8 @@ def test_a_figure_or_a_measure_that_fails_stops_nothing_else(tmp_path: Path) -> 
     assert (outcome.drawn, outcome.whole) == (1, False)
     assert outcome.statements == {"tiny": {"not testable": 2}}
     assert (
-        "It has not been drawn" in (tmp_path / "results" / "scorecard.html").read_text()
+        "figure has not been drawn"
+        in (tmp_path / "results" / "scorecard.html").read_text()
     )
 
 
@@ -184,7 +185,7 @@ def test_only_some_are_run_and_the_page_names_the_others(tmp_path: Path) -> None
     assert outcome.statements == {"other": {"confirmed": 1, "not testable": 1}}
     for name in ("scorecard.html", "scorecard.md"):
         page = (tmp_path / "results" / name).read_text()
-        assert page.count("Not asked for, and so not here: tiny.") == 1
+        assert page.count("Not requested, and so not shown: tiny.") == 1
         assert page.count("tiny") == 1
         assert page.count("1 of these 2 claims are counted and tested together") == 1
     content = scorecard(tmp_path)
@@ -203,7 +204,7 @@ def test_a_document_that_nobody_read_has_no_statement(tmp_path: Path) -> None:
     experiments(tmp_path, PUBLISHED.replace("    registered:", unread))
     outcome = reproduced(tmp_path)
     assert outcome.statements == {"tiny": {}}
-    said = "statements of tiny: none was compared with the document"
+    said = "statements of tiny: not compared with the publication"
     assert said in outcome.summary().splitlines()
 
 

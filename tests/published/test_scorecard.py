@@ -132,7 +132,7 @@ def test_both_pages_say_the_same(html: Reader, markdown: str, kind: str) -> None
         "2 of these 3 claims are counted and tested together",
         "each at 0.05/2 = 0.025.",
         "Boids start at 3 px/step.",
-        "lies wholly outside the margin.",
+        "is completely outside the margin.",
         "reading, registered 2024-03-01, such results first seen after that, statement"
         " speed; also tried: a <b>bound</b>",
         "tiny: no mutants were tried",

@@ -82,7 +82,7 @@ def test_the_other_order_is_refuted(
     """Of systems whose order is known."""
     verdict = judge_order(made_up(jumps=jumps), expected, family=1)
     assert verdict.status == status, verdict
-    assert verdict.reason.startswith("with the confidence 0.95 it is ")
+    assert verdict.reason.startswith("the order with confidence 0.95 is ")
     assert (verdict.interval, verdict.noticeable, verdict.weak) == (None, None, False)
 
 
@@ -91,7 +91,7 @@ def test_a_large_family_must_be_surer(expected: OfOrder) -> None:
     """At 1 - 0.05 / 10^9 nothing is decided by twelve trials."""
     verdict = judge_order(made_up(jumps=False), expected, family=10**9)
     assert verdict.status == "undecided"
-    assert "it is not decided: " in verdict.reason
+    assert "is not decided: " in verdict.reason
 
 
 def test_series_that_are_not_stationary_decide_nothing() -> None:
@@ -100,7 +100,7 @@ def test_series_that_are_not_stationary_decide_nothing() -> None:
     verdict = judge_order(found, FIRST_ORDER, family=1)
     assert (verdict.status, verdict.reason) == (
         "undecided",
-        "with the confidence 0.95 it is not decided: not all series are stationary",
+        "the order with confidence 0.95 is not decided: not all series are stationary",
     )
 
 
@@ -140,7 +140,7 @@ def test_an_order_is_of_the_family_of_its_document(tmp_path: Path) -> None:
     reproduce(publications, results, Serial(), ProgressBar)
     ([row, _], failures) = judged(tiny, stored_studies(tiny, results))
     assert (tiny.family, failures) == (2, [])
-    assert row.verdict.reason.startswith("with the confidence 0.975 it is ")
+    assert row.verdict.reason.startswith("the order with confidence 0.975 is ")
 
 
 def test_points_that_are_no_transition_fail_with_the_reason(tmp_path: Path) -> None:
@@ -149,7 +149,7 @@ def test_points_that_are_no_transition_fail_with_the_reason(tmp_path: Path) -> N
     folder = experiments(tmp_path, PUBLISHED, spec, DRAWN)
     (tiny,) = publications = read_all(folder, quick=False)
     outcome = reproduce(publications, tmp_path / "results", Serial(), ProgressBar)
-    wanted = "claim tiny/order: study tiny/small: varies several numbers beside n"
+    wanted = "claim tiny/order: study tiny/small: varies several numbers next to n"
     assert any(one.startswith(wanted) for one in outcome.failures), outcome.failures
     ([row], _) = judged(tiny, stored_studies(tiny, tmp_path / "results"))
     assert row.verdict.status == "not testable"
@@ -164,7 +164,7 @@ def test_points_that_are_no_transition_fail_with_the_reason(tmp_path: Path) -> N
         (
             "polarization}",
             "polarization, for: {n: 16}}",
-            "tiny/small has flocks of one size there",
+            "tiny/small has flocks of a single size",
         ),
         ("{transition: polarization}", "{mean: speed, frame: 0, unit: trial}", "order"),
     ],

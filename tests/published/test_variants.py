@@ -149,8 +149,8 @@ def test_a_mutant_is_killed_by_what_is_no_longer_confirmed(tmp_path: Path) -> No
     assert found.killed_by == {"fast": ["start-speed"], "heavy": []}
     assert found.noticed == 1
     assert found.summary("mutants") == (
-        "1 of 2 mutants are noticed; 1 of 2 confirmed claims notice one;"
-        " not noticed: heavy (changes no number)"
+        "1 of 2 mutants are detected; 1 of 2 confirmed claims detect a mutant;"
+        " not detected: heavy (changes no number)"
     )
     assert read_turned(tmp_path / "results") == {"tiny": found}
 
@@ -184,14 +184,14 @@ def test_a_confirmed_claim_that_no_mutant_turns_is_weak(tmp_path: Path) -> None:
     )
     assert (found["some-speed"]["mutants"], found["some-speed"]["weaknesses"]) == (
         [],
-        ["no mutant turns it"],
+        ["no mutant changes the verdict"],
     )
     assert found["fitted-speed"]["weak"] is False
     results = tmp_path / "results"
     for name in ("scorecard.html", "scorecard.md"):
         text = (results / name).read_text(encoding="utf-8")
-        assert text.count("weak: no mutant turns it") == 1
-        assert "1 of 2 mutants are noticed" in text
+        assert text.count("weak: no mutant changes the verdict") == 1
+        assert "1 of 2 mutants are detected" in text
     about = json.loads((results / "scorecard.json").read_text())["documents"][0]
     assert about["mutants"]["killed_by"] == {"fast": ["start-speed"], "heavy": []}
 
@@ -231,7 +231,7 @@ def test_a_damaged_file_of_variants_is_one_line(tmp_path: Path, content: bytes) 
     results = tmp_path / "results"
     results.mkdir()
     (results / "variants.json").write_bytes(content)
-    with pytest.raises(StoreError, match=r"variants.json: .*; remove it and try the"):
+    with pytest.raises(StoreError, match=r"variants.json: .*; delete the file and"):
         read_turned(results)
 
 
@@ -250,7 +250,7 @@ def test_variants_of_0_9_have_no_estimates(tmp_path: Path) -> None:
     for place in (tiny, one):
         place["estimates"] = {"a": {"ours": 1.0, "low": "0", "high": 2.0, "trials": 3}}
         file.write_text(json.dumps({"version": 1, "documents": {"tiny": tiny}}))
-        with pytest.raises(StoreError, match=r"its estimates .*; remove it and try"):
+        with pytest.raises(StoreError, match=r"the estimates .*; delete the file"):
             read_turned(tmp_path)
         del place["estimates"]
 
@@ -270,8 +270,8 @@ def test_what_is_not_noticed_says_what_it_changes() -> None:
     found = DocumentVariants("", before, {"mutants": tried}, estimates)
     assert found.unmoved == ["nothing"]
     assert found.summary("mutants") == (
-        "0 of 3 mutants are noticed; 0 of 1 confirmed claims notice one; not noticed:"
-        " nothing (changes no number), little, open (turns 1 other claim)"
+        "0 of 3 mutants are detected; 0 of 1 confirmed claims detect a mutant; not"
+        " detected: nothing (changes no number), little, open (changes 1 other claim)"
     )
 
 
@@ -280,7 +280,7 @@ def test_the_command_says_which_mutants_are_noticed(tmp_path: Path) -> None:
     own = ("--variant", "fast", "--variant", "heavy")
     done = sweep(tmp_path, "reproduce", "--workers", "1", "--scale", "mutants", *own)
     assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith("tiny: 1 of 2 mutants are noticed;")
+    assert done.stdout.startswith("tiny: 1 of 2 mutants are detected;")
     assert (tmp_path / "results" / "variants.json").is_file()
 
 
@@ -381,7 +381,7 @@ def test_only_a_slight_change_is_called_so() -> None:
     before: dict[str, Status] = dict.fromkeys(("one", "other", "third"), "confirmed")
     document = DocumentVariants("", before, {"details": found})
     assert document.summary("details") == (
-        "3 of 3 verdicts turn with one of 3 details, 1 of them with a change of 2 %"
+        "3 of 3 verdicts change with one of 3 details, 1 of them with a change of 2 %"
     )
     shares = [document.least_share(name) for name in before]
     assert shares == [0.02, 0.1, None]
@@ -408,7 +408,7 @@ def test_a_detail_says_which_verdicts_it_turns(tmp_path: Path) -> None:
         "cohesion_weight-up-2": {},
     }
     assert found.summary("details") == (
-        "2 of 2 verdicts turn with one of 6 details, 1 of them with a change of 2 %"
+        "2 of 2 verdicts change with one of 6 details, 1 of them with a change of 2 %"
     )
     row = rows(tmp_path, SLOW)["some-speed"]
     assert list(row["details"]) == [
@@ -420,9 +420,9 @@ def test_a_detail_says_which_verdicts_it_turns(tmp_path: Path) -> None:
     for name in ("scorecard.html", "scorecard.md"):
         text = (tmp_path / "results" / name).read_text(encoding="utf-8")
         plain = re.sub(r"\\(.)", r"\1", text)
-        assert plain.count("a change of 2 % turns it") == 1
+        assert plain.count("a change of 2 % changes the verdict") == 1
         assert "details: start_speed-up-2 (undecided), start_speed-up-10" in plain
-        assert "tiny: 2 of 2 verdicts turn with one of 6 details" in plain
+        assert "tiny: 2 of 2 verdicts change with one of 6 details" in plain
 
 
 @pytest.mark.slow
@@ -562,7 +562,7 @@ def test_what_is_measured_over_one_step_is_not_judged_with_half_a_step(
         "turn_rate is measured over one step; twice is measured over one step"
     )
     assert unjudged["turning-by-hand"].startswith(
-        "its measure failed: turns: KeyError: 'turn_rate'; "
+        "the measure failed: turns: KeyError: 'turn_rate'; "
     )
     assert "; turn_rate is measured over one step; " in unjudged["turning-by-hand"]
 
@@ -600,14 +600,14 @@ def test_steps_on_an_axis_are_doubled(
         (
             "more: {zip: {start_speed: [0.765], steps: {linspace: [4, 4, 1]}}}",
             "",
-            '"steps" changes with the step, and stands on an axis that has more than a'
-            " list or a grid of its values",
+            '"steps" changes with the step, but its axis has more than a list or a grid'
+            " of values",
         ),
         (
             "start_speed: [0.765]",
             "derive: {wander_range: 1 / steps}\n",
-            '"1 / steps" uses steps, which a shorter step changes: it would mean'
-            " something else",
+            '"1 / steps" uses steps, which a shorter step changes: the meaning'
+            " would differ",
         ),
     ],
 )
@@ -616,7 +616,7 @@ def test_half_a_step_says_why_a_claim_is_not_judged(
 ) -> None:
     spec = LONGER.replace("AXIS", axis) + more
     half = variants(tmp_path, "numerics", FEWER, spec)["dt-half"].publication
-    said = f"small.yaml cannot have half a step: {reason}"
+    said = f"small.yaml cannot have half a time step: {reason}"
     assert {claim.untestable for claim in half.claims} == {said}
     assert half.studies["small"].name == "quick/tiny/small"
     assert half.clocks == {}
@@ -659,7 +659,7 @@ def test_a_detail_that_cannot_be_says_so(tmp_path: Path) -> None:
     [(_, [found])] = chosen
     assert found.publication.studies == publications[0].studies
     for claim in found.publication.claims:
-        assert claim.untestable.startswith("small.yaml cannot be changed so: ")
+        assert claim.untestable.startswith("small.yaml cannot have this change: ")
     assert most_trials(chosen) == 12
 
 
@@ -674,9 +674,9 @@ def test_the_command_tries_what_is_named(tmp_path: Path) -> None:
     asked = ("reproduce", "--workers", "1", "--variant", "drag-up-*")
     done = sweep(tmp_path, *asked, "--scale", "details")
     assert done.returncode == 0, done.stderr
-    assert "2 variants, with 36 trials less those that are stored" in done.stderr
+    assert "2 variants, with 36 trials minus stored trials" in done.stderr
     assert done.stdout == (
-        "tiny: 0 of 2 verdicts turn with one of 2 details, 0 of them with a change of"
+        "tiny: 0 of 2 verdicts change with one of 2 details, 0 of them with a change of"
         " 2 %\n"
     )
     wrong = sweep(tmp_path, *asked)

@@ -150,24 +150,24 @@ def test_undecided_is_not_refuted() -> None:
         (
             Above(0.0),
             "confirmed",
-            "the simultaneous interval 1.78 to 2.22 lies wholly within what is"
-            " expected",
+            "the simultaneous interval 1.78 to 2.22 is completely within the"
+            " expected range",
         ),
-        (Above(9.0), "refuted", "lies wholly outside what is expected"),
-        (Above(2.0), "undecided", "reaches across the edge of what is expected"),
-        (Below(9.0), "confirmed", "lies wholly within what is expected"),
-        (Below(0.0), "refuted", "lies wholly outside what is expected"),
-        (Within(0.0, 4.0), "confirmed", "lies wholly within what is expected"),
-        (Within(1.9, 2.1), "undecided", "reaches across the edge"),
-        (Within(5.0, 6.0), "refuted", "lies wholly outside what is expected"),
+        (Above(9.0), "refuted", "is completely outside the expected range"),
+        (Above(2.0), "undecided", "overlaps the limit of the expected range"),
+        (Below(9.0), "confirmed", "is completely within the expected range"),
+        (Below(0.0), "refuted", "is completely outside the expected range"),
+        (Within(0.0, 4.0), "confirmed", "is completely within the expected range"),
+        (Within(1.9, 2.1), "undecided", "overlaps the limit"),
+        (Within(5.0, 6.0), "refuted", "is completely outside the expected range"),
         (
             Value(1.9, margin=0.5),
             "confirmed",
-            "differs by +0.1, and the simultaneous interval -0.12 to 0.32 lies"
-            " wholly within the margin",
+            "differs by +0.1, and the simultaneous interval -0.12 to 0.32 is"
+            " completely within the margin",
         ),
-        (Value(1.9, margin=0.2), "undecided", "reaches across the edge of the margin"),
-        (Value(1.0, margin=0.2), "refuted", "lies wholly outside the margin"),
+        (Value(1.9, margin=0.2), "undecided", "overlaps the limit of the margin"),
+        (Value(1.0, margin=0.2), "refuted", "is completely outside the margin"),
     ],
 )
 def test_where_the_whole_interval_lies_decides(
@@ -275,10 +275,10 @@ def test_no_number_of_trials_decides_what_lies_on_the_edge() -> None:
     values = SAMPLES[0]
     found = verdict(estimate(*values), Above(float(values.mean())))
     assert (found.status, found.needed) == ("undecided", None)
-    assert "a million times as many trials would not decide it" in found.reason
+    assert "a million times as many trials would not decide the claim" in found.reason
     few = verdict(estimate(*values), Value(0.0, margin=0.2, trials=3))
     assert (few.status, few.needed) == ("undecided", None)
-    assert few.reason.endswith("as the chance error of the 3 published ones remains")
+    assert few.reason.endswith("chance error of the 3 published trials remains")
 
 
 def test_trials_of_a_correlation_are_foretold_too() -> None:

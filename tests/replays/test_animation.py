@@ -284,7 +284,7 @@ def test_an_animation_shows_whence_boids_come_and_how_fast_it_goes() -> None:
     assert not grey(flown, 300.0, 980.0)
     assert not grey(still, 300.0, 200.0)
     said = scene.figure.get_supxlabel()
-    assert "; 100 steps a second, lines: the last 60" in said
+    assert "; 100 steps per second, lines: the last 60" in said
     assert "second" not in alone.figure.get_supxlabel()
 
 
@@ -305,7 +305,7 @@ def test_a_frame_after_the_divergence_is_not_there(tmp_path: Path) -> None:
     a_job = builders.job(
         n=30, steps=400, separation_weight=1e308, separation_range=1000.0
     )
-    with pytest.raises(ChoiceError, match=r"it diverged before frame 400"):
+    with pytest.raises(ChoiceError, match=r"diverged before frame 400"):
         write_picture("test", a_job, 400, tmp_path / "x.png", silent)
     assert list(tmp_path.iterdir()) == []
     write_animation("test", a_job, tmp_path / "x.gif", 1, silent)
@@ -349,8 +349,8 @@ def test_without_ffmpeg_mp4_says_what_to_do(
     with pytest.raises(
         OutputError,
         match=(
-            r'MP4 needs ffmpeg, .* pip install "boidsweep\[video\]" brings one .*;'
-            r" a .gif needs none"
+            r'MP4 needs ffmpeg, .* pip install "boidsweep\[video\]" installs'
+            r" ffmpeg; a .gif does not need"
         ),
     ):
         check(study, trial, ReplayFiles(animation=tmp_path / "x.mp4"))
@@ -421,7 +421,7 @@ WRONG = [
     (ReplayFiles(picture=(3, Path("x.jpg"))), 'unknown kind of file ".jpg"'),
     (
         ReplayFiles(picture=(10, Path("x.png"))),
-        "there is no frame 10; it has frames 0 to 9",
+        "there is no frame 10; allowed: 0 to 9",
     ),
     (ReplayFiles(picture=(-1, Path("x.png"))), "there is no frame -1"),
     (ReplayFiles(animation=Path("no/folder/x.gif")), "there is no folder"),
@@ -490,7 +490,7 @@ def test_the_command_writes_all_of_it(
     done = sweep(tmp_path, *command)
     assert done.returncode == 0, done.stderr
     assert (
-        "equal to what is stored, to the last bit: trials, series, trajectories"
+        "bitwise identical to the stored values: trials, series, trajectories"
         in done.stdout
     )
     assert sorted(path.name for path in tmp_path.iterdir()) == [

@@ -68,7 +68,7 @@ def test_a_description_has_every_element_and_all_that_a_model_says(name: str) ->
     third = re.findall(r"^### (.*)$", text.split("## 4.")[1].split("## 5.")[0], re.M)
     assert third == CONCEPTS
     rows = text.split("\n")
-    [off] = re.findall(r"are off in all trials: (.*)\.$", text, re.MULTILINE)
+    [off] = re.findall(r"have no effect on any trial: (.*)\.$", text, re.MULTILINE)
     for setting in settings_of(about.model.name, about.known).values():
         if setting.name in off.split(", "):
             continue
@@ -110,15 +110,15 @@ def test_one_empty_line_is_between_paragraphs() -> None:
 def test_goals_in_turn_are_told_where_there_are_several() -> None:
     spec = "study: x\nmodel: aziel_chen2025\nreplicates: 1\nseed: 1\n"
     later = "fixed: {map: empty, next_goals: [[1, 2], [3, 4.5]]}\n"
-    said = "From there they go on to 1 2; 3 4.5, one after the other."
+    said = "Further goals follow, one after the other: 1 2; 3 4.5."
     assert said in odd(of_text(spec + later))
-    assert "From there they go on" not in odd(of_text(spec))
+    assert "Further goals follow" not in odd(of_text(spec))
 
 
 def test_the_order_of_updates_is_told_where_a_setting_or_the_model_says_it() -> None:
     gap, of_vortex = "- whether boids are updated", described("vortex")
     said = odd(described("nguyen2024"))
-    assert "Order of updates (update): synchronous. sequential: boid" in said
+    assert "The parameter update sets the order: synchronous." in said
     assert gap not in said
     said = odd(of_vortex)
     assert (
@@ -141,8 +141,8 @@ def test_a_stored_study_is_described_as_its_spec(spec: str, tmp_path: Path) -> N
 def test_chains_are_described() -> None:
     said = " ".join(odd(of_text(CHAINED)).split())
     assert (
-        "Trials along separation_weight are links of chains, a chain a replicate,"
-        " up and then down: the first link begins as stated"
+        "Trials along separation_weight are links of chains, one chain per replicate,"
+        " up and then down. The first link begins as stated"
     ) in said
     assert "links of chains" not in odd(of_text(SMALL))
 
@@ -150,14 +150,14 @@ def test_chains_are_described() -> None:
 def test_the_experiment_is_that_of_the_spec() -> None:
     spec = SMALL.replace("[0.5, 1]", "{linspace: [0, 1, 11]}")
     text = odd(of_text(f"# Does separation matter?\n# Yes.\n{spec}"))
-    assert "11 points, 3 trials a point, 33 trials in all. Preset as_run." in text
+    assert "11 points, 3 trials per point, 33 trials in total. Preset as_run." in text
     assert "| separation_weight | 11 values from 0 to 1 |" in text
     assert "The spec of the study begins: Does separation matter? Yes." in text
     assert "Random numbers are made from the seed 5." in text
-    assert "| noise | independent | of all that is random during the flight |" in text
+    assert "| noise | independent | random numbers during a trial |" in text
     listed = SMALL.replace("replicates: 3", "seeds: [7, 8]")
     text = odd(of_text(listed))
-    assert "4 trials in all" in text
+    assert "4 trials in total" in text
     assert "Random numbers are the seeds 7, 8." in text
     assert all(f"    {line}" in text for line in listed.strip().split("\n"))
 
@@ -185,12 +185,12 @@ def test_a_study_begun_by_us_has_no_purpose_before_its_author_says_one(
 
 def test_a_search_has_the_points_that_it_asks_for(tmp_path: Path) -> None:
     text = odd(of_text(SEARCHED_SPEC))
-    assert "It is a search, which decides as it runs which points it has." in text
-    assert " trials in all" not in text
+    assert "The study is a search, which chooses points during the run." in text
+    assert " trials in total" not in text
     assert "| separation_weight | searched |" in text
     asked_by(SEARCHED_SPEC, tmp_path)
     stored = odd(of_stored(StoredStudy("searched", tmp_path)))
-    assert "It is a search, which decides as it runs which points it has." in stored
+    assert "The study is a search, which chooses points during the run." in stored
     assert re.search(r"^\| separation_weight \| [\d., ]+ \|$", stored, re.M)
 
 
@@ -200,7 +200,7 @@ def test_code_that_may_not_run_leaves_gaps(
     launched(OWN_SMALL, tmp_path)
     monkeypatch.setattr("sweep.store.stored_code.own_key", lambda: b"somebody else")
     text = odd(of_stored(StoredStudy("small", tmp_path)))
-    assert text.count("the model's own code was not loaded") == 8
+    assert text.count("the custom code of the model was not loaded") == 8
     assert "| swirl | swirl_weight |" in text
     trusted = StoredStudy("small", tmp_path, trust=True)
     assert odd(of_stored(trusted)) == odd(of_text(OWN_SMALL))
@@ -210,7 +210,7 @@ def test_a_study_without_trials_is_not_described(tmp_path: Path) -> None:
     study = launched(SMALL, tmp_path)
     for part in study.store.current_parts():
         study.store.discard(part)
-    with pytest.raises(ChoiceError, match="no trials of it are stored"):
+    with pytest.raises(ChoiceError, match="no trials are stored"):
         of_stored(StoredStudy("small", tmp_path))
 
 
@@ -239,3 +239,27 @@ def test_the_command_takes_a_spec_or_a_study(tmp_path: Path) -> None:
         assert said in refused.stderr
     (tmp_path / "own.yaml").write_text(OWN_SMALL)
     assert "no code may run" in sweep(tmp_path, "odd", "own.yaml", "--no-code").stderr
+
+
+@pytest.mark.parametrize(
+    ("keys", "shown", "hidden"),
+    [
+        ("record: {metrics: [speed]}", [], ["flock_range", "pixel", "goal_radius"]),
+        ("record: {metrics: [flock_count]}", ["flock_range"], ["pixel"]),
+        ("record: {metrics: [coverage]}", ["pixel", "footprint"], ["flock_range"]),
+        ("sweep: {gust: [0, 1]}", ["gust", "gust_time"], ["wind_x"]),
+        ("sweep: {start_radius: [0, 5]}", ["start_radius", "start_center_x"], []),
+        ("fixed: {map: empty}", [], ["n_obstacles", "start_radius"]),
+        ("sweep: {map: [empty, random_obstacles]}", ["obstacle_radius"], []),
+    ],
+)
+def test_parameters_without_an_effect_are_in_one_sentence(
+    keys: str, shown: list[str], hidden: list[str]
+) -> None:
+    spec = f"study: x\nmodel: nguyen2024\nreplicates: 2\n{keys}\n"
+    study = parse_spec(spec)
+    text = odd(of_spec(study, expand(study)))
+    [off] = re.findall(r"have no effect on any trial: (.*)\.$", text, re.MULTILINE)
+    rows = re.findall(r"^\| (\w+) \|", text, re.MULTILINE)
+    assert set(shown) <= set(rows) - set(off.split(", "))
+    assert set(hidden) <= set(off.split(", ")) - set(rows)

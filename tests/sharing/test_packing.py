@@ -200,7 +200,7 @@ def test_what_cannot_be_packed_is_said(results: Path, tmp_path: Path) -> None:
     planned = launched(SMALL, tmp_path)
     for part in planned.store.current_parts():
         planned.store.discard(part)
-    with pytest.raises(ChoiceError, match="no trials of it are stored"):
+    with pytest.raises(ChoiceError, match="no trials are stored"):
         pack(StoredStudy("small", tmp_path), tmp_path / "y.zip")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["small", "x.zip"]
 
@@ -350,7 +350,7 @@ def test_loading_goes_on_over_nothing_else(
         (place / "small" / what).parent.mkdir(parents=True)
         (place / "small" / what).write_text("mine")
     before = files(place)
-    with pytest.raises(StoreError, match=r'without a plan; "sweep rm small" removes'):
+    with pytest.raises(StoreError, match=r'without a plan; "sweep rm small" deletes'):
         unpack(tmp_path / "x.zip", place)
     assert files(place) == before
 
@@ -362,7 +362,7 @@ def test_a_place_that_is_taken_or_launched_into_stays(
     before = files(results)
     with pytest.raises(StoreError, match="small: exists already; --as NAME loads"):
         unpack(tmp_path / "x.zip", results)
-    with pytest.raises(ChoiceError, match=r"is not allowed.*; --as gives it another"):
+    with pytest.raises(ChoiceError, match=r"is not allowed.*; --as NAME loads the"):
         unpack(tmp_path / "x.zip", results, "../other")
     with (
         Lock(Store(results / "new", results).place),
@@ -377,13 +377,13 @@ def test_the_commands_pack_and_load(results: Path, tmp_path: Path) -> None:
     done = sweep(tmp_path, "pack", "small", there)
     assert done.returncode == 0
     assert done.stdout.endswith("  small.zip\n")
-    assert "it has 3 trials too that are not of the spec" in done.stderr
+    assert "the file also has 3 trials that are not in the last" in done.stderr
     loaded = sweep(tmp_path, "load", "small.zip", "--as", "my/own")
     assert (loaded.returncode, loaded.stdout) == (0, "results/my/own\n")
     assert loaded.stderr == (
-        "to launch it on, copy results/my/own/spec.yaml and change the line"
-        ' "study: small" of the copy to "study: my/own": without that a launch begins'
-        " small\n"
+        "to resume the study, copy results/my/own/spec.yaml and change the line"
+        ' "study: small" of the copy to "study: my/own"; without the change a launch'
+        " starts study small\n"
     )
     stored = (tmp_path / "results/my/own/spec.yaml").read_text(encoding="utf-8")
     copy = stored.replace("study: small", "study: my/own")
@@ -395,7 +395,7 @@ def test_the_commands_pack_and_load(results: Path, tmp_path: Path) -> None:
     assert sweep(tmp_path, "load", "small.zip").stderr == ""
     launched_on = sweep(tmp_path, "launch", "results/small/spec.yaml")
     assert "nothing was missing" in launched_on.stderr
-    for given, said in (("none.zip", "no such file"), ("results", "is no ordinary")):
+    for given, said in (("none.zip", "no such file"), ("results", "not an ordinary")):
         lost = sweep(tmp_path, "load", given)
         assert (lost.returncode, lost.stdout) == (2, "")
         assert said in lost.stderr

@@ -54,7 +54,7 @@ def test_each_difference_comes_alone_in_the_order_of_the_fields_and_last_all(
         + f"sweep: {{detail: {{ablate: {other}}}}}\n"
     )
     if not differing:
-        with pytest.raises(SpecError, match="in no setting that the spec leaves open"):
+        with pytest.raises(SpecError, match="ablate changes no parameter"):
             parse_spec(spec)
         return
     (axis,) = parse_spec(spec).axes
@@ -158,13 +158,13 @@ MISTAKES = [
     (
         ["sweep: {detail: {ablate: as_run}}"],
         (
-            "6: as_run is the preset of the study: ablate needs another one. Allowed:"
-            " as_written"
+            "6: as_run is the preset of the study: ablate needs another preset."
+            " Allowed: as_written"
         ),
     ),
     (
         ["sweep: {drag: {ablate: as_written}}"],
-        '6: "drag" is a setting: an axis that ablates needs a name of its own',
+        '6: "drag" is a parameter: an axis with ablate needs a different name',
     ),
     (
         ["sweep: {detail: {ablate: as_written, points: 3}}"],
@@ -172,13 +172,13 @@ MISTAKES = [
     ),
     (
         ["sweep:", "  a: {ablate: as_written}", "  b: {ablate: as_written}"],
-        '8: "a" ablates already: a study has one',
+        '8: "a" already has ablate: a study has at most one',
     ),
     (
         ["sweep: {detail: {ablate: as_written, when: drag > 1}}"],
-        '6: when cannot use "drag" here: it is swept by detail',
+        '6: when cannot use "drag" here: "drag" is swept by detail',
     ),
-    (["sweep: {detail: {ablate: 5}}"], '6: "ablate" must be a text, not 5'),
+    (["sweep: {detail: {ablate: 5}}"], '6: "ablate" must be a string, not 5'),
     (["sweep: {detail: {ablate: {}}}"], '6: "ablate" must be a mapping with'),
 ]
 
@@ -284,35 +284,35 @@ def named(*details: str) -> list[str]:
 
 
 MISTAKEN_DETAILS = [
-    (named("late: {sensing_dela: 3}"), 'unknown setting "sensing_dela"; did you mean'),
+    (named("late: {sensing_dela: 3}"), 'unknown parameter "sensing_dela"; did you'),
     (named("late: {sensing_delay: -3}"), "9: -3 is not allowed for sensing_delay"),
     (named("late: {failing_how: fly}"), 'unknown failing_how "fly"'),
-    (named("late: 3"), '9: "late" must be settings with their values, as'),
-    (named("late: {}"), '9: "late" must be settings with their values, as'),
+    (named("late: 3"), '9: "late" must be parameters with values, such as'),
+    (named("late: {}"), '9: "late" must be parameters with values, such as'),
     (
         named("late: {sensing_delay: 0}"),
-        '9: "late" would change nothing: as_run has these values',
+        '9: "late" changes no value of the preset as_run',
     ),
     (
         named("a: {sensing_delay: 2}", "b: {sensing_delay: 3}"),
-        '10: "sensing_delay" is of the detail "a" already',
+        '10: "sensing_delay" is already in the component "a"',
     ),
-    (named("big: {n: 9}"), '9: "n" cannot be a detail: the trials of a pair have'),
-    (named("big: {map: empty}"), '9: "map" cannot be a detail'),
-    (named('"a+b": {drag: 0.5}'), 'no detail can be called "a+b": a name of a detail'),
-    (named("all: {drag: 0.5}"), 'no detail can be called "all": "all" and "all but'),
-    (named("all but a: {drag: 0.5}"), 'no detail can be called "all but a"'),
+    (named("big: {n: 9}"), '9: "n" cannot be in a component: paired trials have'),
+    (named("big: {map: empty}"), '9: "map" cannot be in a component'),
+    (named('"a+b": {drag: 0.5}'), 'component "a+b" is not allowed: a name of a'),
+    (named("all: {drag: 0.5}"), 'component "all" is not allowed: "all" and "all but'),
+    (named("all but a: {drag: 0.5}"), 'component "all but a" is not allowed'),
     (
         [*named("heavy: {drag: 0.5}"), "fixed: {drag: 0}"],
-        '9: "drag" has a value elsewhere in the spec, too',
+        '9: "drag" also has a value elsewhere in the spec',
     ),
     (
         [*named("heavy: {drag: 0.5}"), "  drag: [0, 1]"],
-        '9: "drag" has a value elsewhere in the spec, too',
+        '9: "drag" also has a value elsewhere in the spec',
     ),
     (
         [*named("a: {drag: 0.5}", "b: {sensing_delay: 3}"), "    leave_out: true"],
-        "leave_out needs 3 details, and there are 2",
+        "leave_out needs 3 components, and there are 2",
     ),
     (
         [*named("a: {drag: 0.5}"), "    leave_out: 1"],
@@ -320,7 +320,7 @@ MISTAKEN_DETAILS = [
     ),
     (
         ["sweep: {as_written: {ablate: {a: {drag: 0.5}}}}"],
-        '"as_written" is a preset of nguyen2024: an axis with details needs a name',
+        '"as_written" is a preset of nguyen2024: an axis with components needs a',
     ),
 ]
 
@@ -373,7 +373,7 @@ def test_presets_that_differ_in_nothing_open_are_refused(
     monkeypatch.setitem(presets, "heavy", presets["as_run"] | {"drag": 0.5, "n": 7})
     with pytest.raises(
         SpecError,
-        match="6: nothing would change: heavy differs from as_run in no setting that",
+        match="6: ablate changes no parameter: heavy equals as_run in all parameters",
     ):
         short_study("sweep: {detail: {ablate: heavy}}", "fixed: {drag: 0}")
 

@@ -85,55 +85,55 @@ def test_a_policy_is_read(lines: list[str], policy: Policy) -> None:
                 " record, retry, stop"
             ),
         ),
-        (["on_error: 3"], 'spec.yaml:6: "on_error" must be a text, not 3'),
+        (["on_error: 3"], 'spec.yaml:6: "on_error" must be a string, not 3'),
         (
             ["retries: 2"],
             (
-                'spec.yaml:6: "retries" is for "on_error: retry", and on_error is'
-                " record: change it or"
+                'spec.yaml:6: "retries" needs "on_error: retry", and on_error is'
+                " record: change"
             ),
         ),
         (
             ["on_error: stop", "retries: 2"],
-            'spec.yaml:7: "retries" is for "on_error: retry", and on_error is stop',
+            'spec.yaml:7: "retries" needs "on_error: retry", and on_error is stop',
         ),
         (
             ["on_error: retry", "retries: 0"],
-            'spec.yaml:7: "retries" must be a whole number from 1, not 0',
+            'spec.yaml:7: "retries" must be an integer from 1, not 0',
         ),
         (
             ["on_error: stop", "failure_budget: 5"],
-            'spec.yaml:7: "failure_budget" is for "on_error: record" or "retry"',
+            'spec.yaml:7: "failure_budget" needs "on_error: record" or "retry"',
         ),
         (
             ["failure_budget: -1"],
-            'spec.yaml:6: "failure_budget" must be a whole number from 0, not -1',
+            'spec.yaml:6: "failure_budget" must be an integer from 0, not -1',
         ),
         (
             ["failure_budget: true"],
             (
                 'spec.yaml:6: "failure_budget" must be a number of trials from 0, or a'
-                " share of"
+                " percentage from"
             ),
         ),
         (
             ["failure_budget: 0.05"],
-            'a share of them from 0% to 100%, not 0.05; did you mean "5%"?',
+            'a percentage from 0% to 100%, not 0.05; did you mean "5%"?',
         ),
-        (["failure_budget: 101%"], 'a share of them from 0% to 100%, not "101%"'),
-        (["failure_budget: five"], 'a share of them from 0% to 100%, not "five"'),
+        (["failure_budget: 101%"], 'a percentage from 0% to 100%, not "101%"'),
+        (["failure_budget: five"], 'a percentage from 0% to 100%, not "five"'),
         (
             ["memory_limit: 2000"],
             (
-                '"memory_limit" must be a size with its unit, as "2 GiB" or "1500 MB",'
-                " not 2000"
+                '"memory_limit" must be a size with a unit, such as "2 GiB" or'
+                ' "1500 MB", not 2000'
             ),
         ),
         (
             ["memory_limit: -2 GiB"],
             (
-                '"memory_limit" must be a size with its unit, as "2 GiB" or "1500 MB",'
-                ' not "-2 GiB"'
+                '"memory_limit" must be a size with a unit, such as "2 GiB" or'
+                ' "1500 MB", not "-2 GiB"'
             ),
         ),
         (
@@ -151,12 +151,12 @@ def test_a_policy_is_read(lines: list[str], policy: Policy) -> None:
             ["memory_limit: 399 MiB"],
             (
                 '"memory_limit" is 399 MiB, and must be at least 400 MiB: a worker'
-                " holds about"
+                " uses about"
             ),
         ),
         (
             ["memory_limit: 2000000 GiB"],
-            '"memory_limit" is 2000000 GiB, more than any machine has',
+            '"memory_limit" is 2000000 GiB, more than the memory of any machine',
         ),
     ],
     ids=str,
@@ -195,17 +195,17 @@ def test_trials_are_the_same_whatever_becomes_of_failed_ones() -> None:
     ("lines", "words"),
     [
         ("", ""),
-        ("on_error: stop\n", "the launch ends at the first"),
+        ("on_error: stop\n", "the launch ends at the first failed trial"),
         (
             "on_error: retry\nretries: 1\nfailure_budget: 50%\n",
             (
-                "tried again, at most 1 time; the launch ends when more than 3 of 6"
-                " trials have failed"
+                "failed trials run again at most 1 time; the launch ends when more"
+                " than 3 of 6 trials have failed"
             ),
         ),
         (
             "memory_limit: 2 GiB\n",
-            "a trial fails whose worker holds more than 2,048 MiB",
+            "a trial fails if the worker uses more than 2,048 MiB",
         ),
     ],
 )
@@ -218,7 +218,7 @@ def test_the_plan_says_it_unless_it_is_the_default(lines: str, words: str) -> No
 
 def test_the_plan_of_a_search_says_it_too() -> None:
     plan = make_search_plan(parse_spec(TINY + "on_error: stop\n"), 2)
-    assert "on error   the launch ends at the first\n" in plan.as_text()
+    assert "on error   the launch ends at the first failed trial\n" in plan.as_text()
 
 
 def test_errors_say_how_often_a_trial_was_tried_and_end_as_before() -> None:
@@ -227,7 +227,7 @@ def test_errors_say_how_often_a_trial_was_tried_and_end_as_before() -> None:
     assert after(3, overdue(job, "a\nb")).error == "after 3 attempts: a\nb"
     assert after(3, Result(job, "done", 1.0)) == Result(job, "done", 1.0)
     assert in_a_line(" a\nb\n") == "b"
-    assert in_a_line("\n") == "no word about why"
+    assert in_a_line("\n") == "no error message"
 
 
 def test_the_line_of_an_error_is_the_sentence_before_its_traceback() -> None:
@@ -418,9 +418,9 @@ def test_stop_ends_the_launch_with_what_is_finished_stored(
     assert str(ended.value) in {
         f"small: {len(wrong)} of 6 trials {'has' if len(wrong) == 1 else 'have'}"
         " failed, and on_error is stop; the "
-        f'first: Wrong: failed ("sweep replay small {trial}" shows it); what is'
-        " finished is stored, and the same "
-        "command with --retry runs the failed ones again"
+        f'first: Wrong: failed ("sweep replay small {trial}" shows it); finished'
+        " trials are stored, and the same "
+        "command with --retry runs the failed trials again"
         for trial in wrong
     }
 
@@ -609,9 +609,9 @@ def test_the_command_ends_with_one_sentence_and_the_first_error_can_be_replayed(
     found = re.fullmatch(
         r"slow: [123] of 3 trials (?:has|have) failed, and on_error is stop; the first:"
         r" time limit of 0.001 s reached "
-        r'after step 4000 \("(sweep replay slow \w+)" shows it\); what is finished is'
+        r'after step 4000 \("(sweep replay slow \w+)" shows it\); finished trials are'
         r" stored, and the same command "
-        "with --retry runs the failed ones again",
+        "with --retry runs the failed trials again",
         said,
     )
     assert found is not None, done.stderr

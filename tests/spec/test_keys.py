@@ -73,7 +73,7 @@ def longer(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_key_that_is_entered_once_is_read() -> None:
     assert parse_spec(short()).patience == 3
     assert parse_spec(short("patience: 5")).patience == 5
-    wanted = '"patience" must be a whole number from 2 to 9, not 1'
+    wanted = '"patience" must be an integer from 2 to 9, not 1'
     with pytest.raises(SpecError, match=rf"^spec.yaml:6: {wanted}$"):
         parse_spec(short("patience: 1"))
     with pytest.raises(SpecError, match=r'^spec.yaml:6: .*; did you mean "patience"\?'):
@@ -97,7 +97,7 @@ def test_a_key_that_is_entered_once_is_written_and_in_the_table() -> None:
         "patience": 5,
     }
     row = (
-        "| `patience` | hours that somebody waits | a whole number from 2 to 9 | 3 |"
+        "| `patience` | hours that somebody waits | an integer from 2 to 9 | 3 |"
         " `patience: 4` |\n"
     )
     assert row in key_table.key_table()
@@ -111,7 +111,7 @@ def test_a_default_is_entered_once_too(monkeypatch: pytest.MonkeyPatch) -> None:
     entered(monkeypatch, EasierStudy)
     assert (parse_spec(bare).model, parse_spec(bare).seed) == ("nguyen2024", 7)
     assert Draft7Validator(schema.json_schema()).is_valid(bare)
-    assert "| `seed` | a seed | a whole number from 0 | 7 |" in key_table.key_table()
+    assert "| `seed` | a seed | an integer from 0 | 7 |" in key_table.key_table()
 
 
 def test_without_the_key_it_is_unknown() -> None:
@@ -213,7 +213,7 @@ def test_false_stands_for_none(value: float | None) -> None:
         (Number(above=0, most=9), "a number above 0, at most 9"),
         (OrFalse(Number(above=0, unit="s")), "a number of s above 0, or false"),
         (Number(above=0, note="in m"), "a number above 0, in m"),
-        (Whole(1, 20_000), "a whole number from 1 to 20,000"),
+        (Whole(1, 20_000), "an integer from 1 to 20,000"),
         (OneOf("fruit", ["apple", "pear", "fig"]), "apple, pear or fig"),
     ],
 )

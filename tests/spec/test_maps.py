@@ -274,11 +274,11 @@ def shapes(*lines: str) -> list[str]:
 MISTAKES = [
     (
         ["  cafeteria: {image: x.png, resolution: 1}"],
-        '7: "cafeteria" is a map already: one of your own needs another',
+        '7: "cafeteria" is a built-in map: choose a different',
     ),
     (
         ["  Room: {image: x.png, resolution: 1}"],
-        '7: map "Room" is not allowed: names of small letters',
+        '7: map "Room" is not allowed: a name has lower-case letters',
     ),
     (["  room: {image: x.png}"], '7: missing key "resolution" in "room"'),
     (["  room: {img: x.png}"], '7: unknown key "img"'),
@@ -295,7 +295,7 @@ MISTAKES = [
     ),
     (
         ["  room: {image: text.png, resolution: 1}"],
-        '7: the image "text.png" is not an image; allowed are PNG,',
+        '7: the image "text.png" is not an image; allowed: PNG,',
     ),
     (
         ["  room: {image: broken.png, resolution: 1}"],
@@ -324,11 +324,11 @@ MISTAKES = [
     (["  room: {ros: none.yaml}"], '7: there is no file "none.yaml" in '),
     (
         ["  room: {ros: empty.yaml}"],
-        '7: "empty.yaml" is no ROS map: it has no key "image"',
+        '7: "empty.yaml" is not a ROS map: the key "image" is missing',
     ),
     (
         ["  room: {ros: short.yaml}"],
-        '7: "short.yaml" is no ROS map: it has no key "resolution"',
+        '7: "short.yaml" is not a ROS map: the key "resolution" is missing',
     ),
     (
         ["  room: {ros: scale.yaml}"],
@@ -340,14 +340,14 @@ MISTAKES = [
     ),
     (
         ["  room: {image: whole.pfm, resolution: 1}"],
-        '7: the image "whole.pfm" has pixels of 32 bits, whose white',
+        '7: the image "whole.pfm" has pixels of 32 bits, without a',
     ),
     (["  room: {image: ., resolution: 1}"], '7: the image "." is a folder'),
     (
         ["  room: {size: [1], shapes: []}"],
         '7: "size" must be [width, height], not a list',
     ),
-    (shapes(), '9: "shapes" must be a list, not nothing'),
+    (shapes(), '9: "shapes" must be a list, not an empty value'),
     (shapes("disc: {x: 1, y: 1}"), '10: missing key "radius" in "disc"'),
     (shapes("disk: {x: 1, y: 1}"), '10: unknown key "disk"; did you mean "disc"?'),
     (
@@ -360,15 +360,15 @@ MISTAKES = [
     ),
     (
         shapes("disc: {x: 1, y: 1, radius: 1}", "disc: {x: -1, y: -1, radius: 1.4}"),
-        "11: the disc lies outside the",
+        "11: the disc is outside the",
     ),
     (
         shapes("rectangle: {x: 11, y: 5, width: 2, height: 2}"),
-        "10: the rectangle lies outside the world, which is 10 x 20",
+        "10: the rectangle is outside the world, which is 10 x 20",
     ),
     (
         shapes("{disc: {x: 1, y: 1, radius: 1}, rectangle: {x: 1}}"),
-        "10: a shape is one of disc, rectangle and polygon",
+        "10: a shape needs exactly one of disc, rectangle and polygon",
     ),
     (
         shapes("polygon: {vertices: [[1, 1], [2, 2]]}"),
@@ -385,11 +385,11 @@ MISTAKES = [
     ),
     (
         shapes("polygon: {vertices: [[1, 1], [2, 2], [3, 3]]}"),
-        "10: the polygon has the area 0: all vertices lie on one line",
+        "10: the polygon has the area 0: all vertices are on one line",
     ),
     (
         shapes("polygon: {vertices: [[-5, 1], [-1, 2], [-3, 3]]}"),
-        "10: the polygon lies outside the world, which is 10 x 20",
+        "10: the polygon is outside the world, which is 10 x 20",
     ),
     (
         shapes("polygon: {vertices: [[1, 1], [3, 1], [1, 3]], solid: outsides}"),
@@ -400,7 +400,7 @@ MISTAKES = [
             "polygon: {vertices: [[1, 1], [3, 1], [1, 3]], solid: outside, velocity:"
             " [1, 0]}"
         ),
-        "10: an arena does not move: it has no velocity",
+        "10: an arena cannot move: remove velocity",
     ),
     (
         shapes("disc: {x: 1, y: 1, radius: 1, velocity: 3}"),
@@ -466,11 +466,11 @@ def test_a_map_in_another_unit_than_the_model_is_refused() -> None:
     with pytest.raises(SpecError) as error:
         expand(parse_spec(short(*ROOM, "sweep:", "  map: [empty, cafeteria]")))
     start = (
-        "spec.yaml:13: map cafeteria is measured in px, and nguyen2024 in m; maps in m:"
+        "spec.yaml:13: map cafeteria is measured in px, but nguyen2024 in m; maps in m:"
         " empty, random_obstacles"
     )
     assert str(error.value).startswith(start)
-    assert str(error.value).endswith('; or give shapes of your own under "maps"')
+    assert str(error.value).endswith('; or define custom shapes under "maps"')
 
 
 IN_MAPS = SMALL.replace(
@@ -530,7 +530,7 @@ def test_a_trial_whose_map_has_changed_since_is_not_replayed(
     launch(parse_spec(spec), stored.store.folder.parent, Serial())
     with pytest.raises(
         StoreError,
-        match="the spec as last launched does not have the map room of this trial",
+        match="the last launched spec does not have the map room of this trial",
     ):
         replay(StoredStudy("small", stored.store.folder.parent), trial)
 
@@ -646,7 +646,7 @@ def test_all_mistakes_of_a_copied_map_are_said_at_once() -> None:
         "obstacle 3 is changed or left out twice",
         "there is no obstacle 19: cafeteria has 18",
         'missing key "radius"',
-        "the disc lies outside the world, which is 800 x 600",
+        "the disc is outside the world, which is 800 x 600",
     ):
         assert words in said, said
     with pytest.raises(SpecError, match='unknown map to copy "cafetera"; did you mean'):
@@ -725,19 +725,19 @@ MOVES = [*ROOM, "      - disc: {x: 9, y: 9, radius: 5, velocity: [0, 1]}"]
     [
         (
             short(*MOVES, "fixed: {map: room}", "record: {metrics: [coverage]}"),
-            "where obstacles move no visits can be counted by pixels, which would be"
-            " free for a while or not at all: leave coverage out of what is recorded",
+            "moving obstacles exclude counts of visits per pixel, because pixels are"
+            " not always free: leave coverage out of `record`",
         ),
         (
             short("fixed: {obstacle_speed: 1}", "record: {heatmaps: true}"),
-            "leave heatmaps out of what is recorded",
+            "leave heatmaps out of `record`",
         ),
         (
             short(
                 "fixed: {obstacle_speed: 1}",
                 "record: {metrics: [speed]}",
             ).replace("nguyen2024", "rustamani2024"),
-            "rustamani2024 looks at an occupancy grid, which is that of the start",
+            "rustamani2024 looks at an occupancy grid of the start",
         ),
     ],
 )

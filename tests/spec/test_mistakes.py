@@ -31,19 +31,19 @@ time_limit: -1
 """
 SAID = """
 3: unknown preset of nguyen2024 "as_runn"; did you mean "as_run"?
-4: 'fifty' is not allowed for n: it is a whole number from 1 to 10,000,000
-4: -1 is not allowed for drag: it is a number from 0 to 1
+4: 'fifty' is not allowed for n; allowed: an integer from 1 to 10,000,000
+4: -1 is not allowed for drag; allowed: a number from 0 to 1
 6: "disc" must be a mapping with at least one entry, not a list
 6: unknown key "disk"; did you mean "disc"?
-8: unknown setting "seperation_weight"; did you mean "separation_weight"?
+8: unknown parameter "seperation_weight"; did you mean "separation_weight"?
 9: "linspace" must be [first, last, number of values], not a list of 2
-10: 'far' is not allowed for width: it is a number above 0 (px)
-11: unknown setting "max_sped"; did you mean "motor_max_speed"?
+10: 'far' is not allowed for width; allowed: a number above 0 (px)
+11: unknown parameter "max_sped"; did you mean "motor_max_speed"?
 12: require: unknown name "widht"; did you mean "width"?
 12: require: "n +" is not an expression
-13: "replicates" must be a whole number from 1 to 20000000, not 0
-14: "speed" stands twice in "series"
-14: "every" must be a whole number from 1, not 0
+13: "replicates" must be an integer from 1 to 20000000, not 0
+14: "speed" is listed twice in "series"
+14: "every" must be an integer from 1, not 0
 14: unknown metric "sped"; did you mean "speed"?
 15: unknown key "strems"; did you mean "streams"?
 16: "time_limit" must be a number of seconds above 0, not -1
@@ -89,13 +89,12 @@ search:
 replicates: 3
 """)
     ] == [
-        '4: unknown setting "drug"',
-        '4: "n" cannot be normal: a search needs bounds, as uniform, loguniform,'
-        " integers, choice have",
+        '4: unknown parameter "drug"',
+        '4: "n" cannot be normal: a search needs bounds',
         '5: unknown metric "sped"',
         '5: unknown statistic "men"',
         '6: unknown key "at_mots"',
-        '7: "budget" must be a whole number from 1 to 1000000, not "none"',
+        '7: "budget" must be an integer from 1 to 1000000, not "none"',
     ]
 
 
@@ -109,8 +108,8 @@ record: {last_states: true, last_flocks: false}
 streams: {noise: common}
 """) == [
         '4: missing key "half_width" in "until"',
-        '4: a study with "continue" takes a fixed number of replicates: each is a whole'
-        ' chain, and "until" would add trials to single points',
+        '4: a study with "continue" needs a fixed number of replicates: each replicate'
+        ' is a chain, but "until" adds trials to single points',
         f"5: {LONGER}",
         f"5: {KEPT}",
         f"6: {COMMON}",
@@ -156,15 +155,15 @@ thread: 2
 replicates: 9
 """)
     assert said[0] == (
-        '3: "threads" is no key any more: a trial takes one core now, as a launch keeps'
-        " all cores busy with trials; several for one were 0.36 to 1.6 times as fast;"
-        " remove the line"
+        '3: key "threads" was removed: a trial takes one core now, and a launch uses'
+        " all cores. Several cores per trial were 0.36 to 1.6 times as fast. Remove"
+        " the line"
     )
     assert said[1].startswith('4: unknown key "thread"')
 
 
 def test_a_key_of_the_spec_is_no_setting() -> None:
-    is_key = "is no setting: it is a key of the whole spec"
+    is_key = "is not a parameter but a key of the whole spec"
     first, second, third = mistakes("""
 study: many
 model: nguyen2024
@@ -174,15 +173,15 @@ replicates: 9
 """)[:3]
     assert first.startswith(f'3: "neighbour_search" {is_key}')
     assert second.startswith(f'3: "order" {is_key}')
-    assert third.startswith('3: unknown setting "neighbour_serch"')
+    assert third.startswith('3: unknown parameter "neighbour_serch"')
     assert mistakes("""
 study: many
 model: nguyen2024
 sweep: {time_limit: [3, 4]}
 replicates: 9
 """) == [
-        f'3: "time_limit" {is_key}, with one value for all points, and stands beside'
-        ' "model"'
+        f'3: "time_limit" {is_key}, with one value for all points: write the key next'
+        ' to "model"'
     ]
 
 
@@ -203,11 +202,11 @@ checkpoint: 0
     expected = """
 2: unknown model "nguyen2042"; did you mean "nguyen2024"?
 3: unknown preset of nguyen2024 "as_runn"; did you mean "as_run"?
-4: 'fifty' is not allowed for n: it is a whole number
-4: unknown setting "flok_range"; did you mean "flock_range"?
-5: unknown setting "seperation_weight"; did you mean "separation_weight"?
-5: 5 stands twice in "steps"
-6: "replicates" must be a whole number
+4: 'fifty' is not allowed for n; allowed: an integer
+4: unknown parameter "flok_range"; did you mean "flock_range"?
+5: unknown parameter "seperation_weight"; did you mean "separation_weight"?
+5: 5 is listed twice in "steps"
+6: "replicates" must be an integer
 8: unknown metric "sped"; did you mean "speed"?
 8: unknown metric "foo"
 9: gain: unknown name "sped"; did you mean "speed"?
@@ -220,9 +219,9 @@ checkpoint: 0
 
 def test_without_a_model_the_rest_is_read_too() -> None:
     missing, wrong = mistakes("study: many\nreplicates: 1\nfixed: {nn: 3}\n")
-    assert (missing, wrong[:24]) == (
+    assert (missing, wrong[:26]) == (
         '1: missing key "model"',
-        '3: unknown setting "nn";',
+        '3: unknown parameter "nn";',
     )
 
 

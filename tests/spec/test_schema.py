@@ -203,7 +203,7 @@ def test_no_study_has_a_name_that_results_use(name: str) -> None:
     """
     other = name if name.startswith("code-") else name.title()
     for study in (name, f"my/{name}", f"{name}/x", f"my/{other}/x"):
-        assert "is a name that results use themselves" in why_no_name(study)
+        assert "is reserved for files of results" in why_no_name(study)
         assert not VALIDATOR.is_valid(content(SHORT) | {"study": study})
     for study in (f"{name}s", f"my/a{name}"):
         assert not why_no_name(study)

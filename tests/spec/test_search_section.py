@@ -171,7 +171,7 @@ MISTAKES = {
     "a setting": (
         PARAMETER,
         "separation_wait: {uniform: [0, 3]}",
-        'unknown setting "separation_wait"; did you mean',
+        'unknown parameter "separation_wait"; did you mean',
     ),
     "a form": (
         PARAMETER,
@@ -186,7 +186,7 @@ MISTAKES = {
     "two forms": (
         PARAMETER,
         "separation_weight: {uniform: [0, 3], choice: [1]}",
-        "needs one of uniform, choice, not all",
+        "needs exactly one of uniform, choice",
     ),
     "a value": (
         PARAMETER,
@@ -211,7 +211,7 @@ MISTAKES = {
     "a whole number": (
         PARAMETER,
         "n: {uniform: [0, 3]}",
-        "uniform: n is a whole number",
+        "uniform: n is an integer",
     ),
     "a choice twice": (
         PARAMETER,
@@ -229,22 +229,22 @@ MISTAKES = {
     "fixed as well": (
         "{n: 12,",
         "{n: 12, cohesion_weight: 1,",
-        '"cohesion_weight" has a value already, under fixed.cohesion_weight',
+        '"cohesion_weight" already has a value, under fixed.cohesion_weight',
     ),
     "derived as well": (
         "replicates: 4",
         "derive: {cohesion_weight: drag}\nreplicates: 4",
-        '"cohesion_weight" has a value already, under derive.cohesion_weight',
+        '"cohesion_weight" already has a value, under derive.cohesion_weight',
     ),
     "over as well": (
         "  budget",
         "  over: {cohesion_weight: [1, 2]}\n  budget",
-        '"cohesion_weight" has a value already, under search.over.cohesion_weight',
+        '"cohesion_weight" already has a value, under search.over.cohesion_weight',
     ),
     "over a fixed one": (
         "  budget",
         "  over: {n: [1, 2]}\n  budget",
-        '"n" has a value already, under fixed.n',
+        '"n" already has a value, under fixed.n',
     ),
     "over with when": (
         "  budget",
@@ -269,7 +269,7 @@ MISTAKES = {
     "a potential": (
         OBJECTIVE,
         "potential: {minimize: mean}",
-        'metric "potential" is for models with a pair potential',
+        'metric "potential" needs a model with a pair potential',
     ),
     "a direction": (
         OBJECTIVE,
@@ -289,7 +289,7 @@ MISTAKES = {
     "no share": (
         OBJECTIVE,
         "flock_radius: {minimize: cvar}",
-        "cvar needs its share, as in {cvar: 0.1}",
+        "cvar needs a fraction, such as {cvar: 0.1}",
     ),
     "a share": (
         OBJECTIVE,
@@ -326,7 +326,7 @@ MISTAKES = {
         "  sampler: tpee\n  batch",
         'unknown sampler "tpee"; did you mean "tpe"?',
     ),
-    "a batch": ("batch: 4", "batch: 0", '"batch" must be a whole number from 1'),
+    "a batch": ("batch: 4", "batch: 0", '"batch" must be an integer from 1'),
     "racing": (
         "  batch",
         "  racing: yes please\n  batch",
@@ -365,7 +365,7 @@ MISTAKES = {
     "a rule": (
         "replicates: 4",
         "replicates: {until: {metric: flock_radius, half_width: 1}, max: 20}",
-        "a search races its candidates",
+        "a search races candidates",
     ),
 }
 
@@ -388,7 +388,7 @@ def test_mistakes_are_said_with_their_line(mistake: str) -> None:
         (
             "cmaes",
             [(PARAMETER, "separation_weight: {choice: [1, 2]}")],
-            "needs numbers, and no choice: use tpe",
+            "needs numerical parameters, without choice: use tpe",
         ),
         (
             "cmaes",
@@ -398,18 +398,18 @@ def test_mistakes_are_said_with_their_line(mistake: str) -> None:
         (
             "cmaes",
             [("  batch", "  constraints: {speed: {at_most: 1}}\n  batch")],
-            "knows no constraints",
+            "supports no constraints",
         ),
         (
             "cmaes",
             [(OBJECTIVE, f"{OBJECTIVE}\n    speed: {{maximize: mean}}")],
-            "has one objective",
+            "allows a single objective",
         ),
         ("nsga3", [], "is for several objectives"),
         (
             "nsga2",
             [("batch: 4", "batch: 1")],
-            "needs a batch, which is its population, of 2 or more",
+            r"needs a batch \(the population\) of 2 or more",
         ),
     ],
 )

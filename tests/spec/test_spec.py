@@ -229,41 +229,41 @@ def test_tables_are_read_by_column(tmp_path: Path, suffix: str) -> None:
 
 MISTAKES = [
     (["sweeep: {n: [1]}"], '6: unknown key "sweeep"; did you mean "sweep"?'),
-    (["fixed: {n: 2}", "fixed: {n: 3}"], '7: "fixed" stands twice, first in line 6'),
-    (["fixed: {n: 1, n: 2}"], '6: "n" stands twice, first in line 6'),
+    (["fixed: {n: 2}", "fixed: {n: 3}"], '7: "fixed" appears twice, first in line 6'),
+    (["fixed: {n: 1, n: 2}"], '6: "n" appears twice, first in line 6'),
     (
         ["fixed: [1]"],
         '6: "fixed" must be a mapping with at least one entry, not a list',
     ),
-    (["fixed: {nn: 1}"], '6: unknown setting "nn"; did you mean "n"?'),
+    (["fixed: {nn: 1}"], '6: unknown parameter "nn"; did you mean "n"?'),
     (
         ["fixed: " + 300 * "n"],
         f'6: "fixed" must be a mapping with at least one entry, not "{200 * "n"}..."',
     ),
     (
         ["fixed:", "  n: many"],
-        "7: 'many' is not allowed for n: it is a whole number from 1 to 10,000,000",
+        "7: 'many' is not allowed for n; allowed: an integer from 1 to 10,000,000",
     ),
     (
         ["fixed: {n: true}"],
-        "6: True is not allowed for n: it is a whole number from 1 to 10,000,000",
+        "6: True is not allowed for n; allowed: an integer from 1 to 10,000,000",
     ),
     (
         ["fixed: {n: 1.5}"],
-        "6: 1.5 is not allowed for n: it is a whole number from 1 to 10,000,000",
+        "6: 1.5 is not allowed for n; allowed: an integer from 1 to 10,000,000",
     ),
     (
         ["fixed: {drag: .nan}"],
-        "6: nan is not allowed for drag: it is a number from 0 to 1",
+        "6: nan is not allowed for drag; allowed: a number from 0 to 1",
     ),
-    (["fixed: {drag: 2}"], "6: 2 is not allowed for drag: it is a number from 0 to 1"),
+    (["fixed: {drag: 2}"], "6: 2 is not allowed for drag; allowed: a number from 0"),
     (
         ["fixed: {width: 0}"],
-        "6: 0 is not allowed for width: it is a number above 0 (px)",
+        "6: 0 is not allowed for width; allowed: a number above 0 (px)",
     ),
     (
         ["fixed: {minimum_image: 1}"],
-        "6: 1 is not allowed for minimum_image: it is true or false",
+        "6: 1 is not allowed for minimum_image; allowed: true or false",
     ),
     (
         ["fixed: {map: cafetria}"],
@@ -275,7 +275,7 @@ MISTAKES = [
     ),
     (
         ["fixed: {n: 99999999999999999999}"],
-        "6: 99999999999999999999 is too large: whole numbers are below 2^63",
+        "6: 99999999999999999999 is too large: integers must be below 2^63",
     ),
     (
         ["sweep:", "  n: []"],
@@ -283,14 +283,14 @@ MISTAKES = [
     ),
     (
         ["sweep:", "  n: 5"],
-        '7: "n" must be a list or a mapping (a single value stands under fixed), not 5',
+        '7: "n" must be a list or a mapping (write a single value under fixed), not 5',
     ),
     (
         ["sweep:", "  drag:", "    - 0.5", "    - 7"],
-        "9: 7 is not allowed for drag: it is a number from 0 to 1",
+        "9: 7 is not allowed for drag; allowed: a number from 0 to 1",
     ),
-    (["sweep: {drag: [1, 0, 1.0]}"], '6: 1.0 stands twice in "drag"'),
-    (["sweep: {x: [1]}"], '6: unknown setting "x"'),
+    (["sweep: {drag: [1, 0, 1.0]}"], '6: 1.0 is listed twice in "drag"'),
+    (["sweep: {x: [1]}"], '6: unknown parameter "x"'),
     (
         ["sweep: {drag: {linspce: [0, 1, 2]}}"],
         '6: unknown key "linspce"; did you mean "linspace"?',
@@ -305,20 +305,20 @@ MISTAKES = [
     ),
     (
         ["sweep: {drag: {linspace: [0, 1, 0]}}"],
-        '6: "linspace" must be a whole number from 1 to 10000000, not 0',
+        '6: "linspace" must be an integer from 1 to 10000000, not 0',
     ),
     (
         ["sweep: {drag: {linspace: [0, 1, 1e9]}}"],
-        '6: "linspace" must be a whole number from 1 to 10000000',
+        '6: "linspace" must be an integer from 1 to 10000000',
     ),
     (
         ["sweep: {drag: {linspace: [-1e308, 1e308, 3]}}"],
-        "6: linspace has limits too far apart",
+        "6: the limits of linspace are too far apart",
     ),
     (["sweep: {drag: {logspace: [0, 1, 3]}}"], "6: logspace needs numbers above 0"),
     (
         ["sweep: {n: {linspace: [1, 2, 3]}}"],
-        "6: 1.5 is not allowed for n: it is a whole number from 1 to 10,000,000",
+        "6: 1.5 is not allowed for n; allowed: an integer from 1 to 10,000,000",
     ),
     (["sweep: {drag: {uniform: [0, 1]}}"], '6: missing key "points" in "drag"'),
     (
@@ -335,7 +335,7 @@ MISTAKES = [
     ),
     (
         ["sweep: {cohesion_weight: {uniform: [-1, 0.5], points: 3}}"],
-        "6: uniform: -1 is not allowed for cohesion_weight: it is a number from 0",
+        "6: uniform: -1 is not allowed for cohesion_weight; allowed: a number from 0",
     ),
     (
         ["sweep: {cohesion_weight: {uniform: [0, .inf], points: 3}}"],
@@ -347,7 +347,7 @@ MISTAKES = [
     ),
     (
         ["sweep: {n: {uniform: [1, 9], points: 3}}"],
-        "6: uniform: n is a whole number from 1 to 10,000,000: use",
+        "6: uniform: n is an integer from 1 to 10,000,000: use",
     ),
     (
         ["sweep: {n: {integers: [9, 1], points: 3}}"],
@@ -355,7 +355,7 @@ MISTAKES = [
     ),
     (
         ["sweep: {drag: {integers: [0, 0.5], points: 3}}"],
-        "6: integers: needs whole numbers",
+        "6: integers: needs integers",
     ),
     (
         ["sweep: {drag: {normal: [0.5, 0], points: 3}}"],
@@ -381,10 +381,10 @@ MISTAKES = [
         ["sweep: {j: {sample: random, drag: {uniform: [0, 1]}}}"],
         '6: missing key "points" in "j"',
     ),
-    (["sweep: {j: {sample: random, points: 3}}"], '6: "j" samples no setting'),
+    (["sweep: {j: {sample: random, points: 3}}"], '6: "j" samples no parameter'),
     (
         ["sweep: {j: {sample: random, points: 0, drag: {uniform: [0, 1]}}}"],
-        '6: "points" must be a whole number',
+        '6: "points" must be an integer',
     ),
     (
         ["sweep: {j: {sample: random, points: 3, drag: {}}}"],
@@ -399,11 +399,11 @@ MISTAKES = [
             "sweep: {j: {sample: random, points: 3, drag: {uniform: [0, 1], choice:"
             " [0]}}}"
         ],
-        '6: "drag" needs one of uniform, choice, not all of them',
+        '6: "drag" needs one of uniform, choice, not several',
     ),
     (
         ["sweep: {drag: {sample: random, points: 3, drag: {uniform: [0, 1]}}}"],
-        '6: "drag" is a setting: an axis of several',
+        '6: "drag" is a parameter: an axis of several',
     ),
     (["sweep: {j: {sample: table}}"], '6: missing key "file" in "j"'),
     (
@@ -416,22 +416,22 @@ MISTAKES = [
     ),
     (
         ["sweep:", "  z:", "    zip: {n: [1, 2], drag: [0]}"],
-        "7: zip needs settings of equal length, but n has 2, drag has 1",
+        "7: zip needs parameters of equal length, but n has 2, drag has 1",
     ),
     (["sweep: {z: {zip: {nn: [1, 2]}}}"], '6: unknown key "nn"; did you mean "n"?'),
-    (["fixed: {n: 1}", "sweep: {n: [1]}"], '7: "n" has a value already, under fixed.n'),
+    (["fixed: {n: 1}", "sweep: {n: [1]}"], '7: "n" already has a value, under fixed.n'),
     (
         ["sweep: {n: [1], z: {zip: {n: [2]}}}"],
-        '6: "n" has a value already, under sweep.n',
+        '6: "n" already has a value, under sweep.n',
     ),
     (
         ["sweep: {n: [1]}", "derive: {n: '1'}"],
-        '7: "n" has a value already, under sweep.n',
+        '7: "n" already has a value, under sweep.n',
     ),
     (["derive: {n: stps}"], '6: n: unknown name "stps"; did you mean "steps"?'),
-    (["derive: {n: map}"], '6: n needs a number, but "map" is a text'),
-    (["derive: {n: 5}"], '6: "n" must be a text, not 5'),
-    (["derive: {n: steps, steps: n}"], "6: derive goes in a circle: n, steps"),
+    (["derive: {n: map}"], '6: n needs a number, but "map" is a string'),
+    (["derive: {n: 5}"], '6: "n" must be a string, not 5'),
+    (["derive: {n: steps, steps: n}"], "6: derive is circular: n, steps"),
     (["derive: {map: \"'empty'\"}"], "6: map cannot be derived"),
     (
         ["require:", "  - n > 1", "  - n"],
@@ -440,25 +440,25 @@ MISTAKES = [
     (["require: ['n = 1']"], '6: require: "n = 1" is not an expression'),
     (
         ["require: ['map == 1']"],
-        '6: require: comparison with "map" needs a text, but "1" is a number',
+        '6: require: comparison with "map" needs a string, but "1" is a number',
     ),
     (
         ["sweep: {n: {values: [1], when: drag > 1}, drag: [0]}"],
-        '6: when cannot use "drag" here: it is swept by drag',
+        '6: when cannot use "drag" here: "drag" is swept by drag',
     ),
     (
         ["sweep: {n: {values: [1], when: n > 1}}"],
-        '6: when cannot use "n" here: it is swept by n',
+        '6: when cannot use "n" here: "n" is swept by n',
     ),
     (
         ["sweep: {n: {values: [1], when: drag > 1}}", "derive: {drag: '0'}"],
-        '6: when cannot use "drag" here: it is derived',
+        '6: when cannot use "drag" here: "drag" is derived',
     ),
     (
         ["seeds: [1]"],
         (
-            '6: needs either "replicates" (trials a point) or "seeds" (a list), and not'
-            " both"
+            '6: needs either "replicates" (trials per point) or "seeds" (a list of'
+            " seeds), not the two together"
         ),
     ),
     (
@@ -470,8 +470,8 @@ MISTAKES = [
         ["record:", "  metrics:", "    - polarisation"],
         '8: unknown metric "polarisation"; did you mean "polarization"?',
     ),
-    (["record: {series: [speed, speed]}"], '6: "speed" stands twice in "series"'),
-    (["record: {every: 0}"], '6: "every" must be a whole number from 1, not 0'),
+    (["record: {series: [speed, speed]}"], '6: "speed" is listed twice in "series"'),
+    (["record: {every: 0}"], '6: "every" must be an integer from 1, not 0'),
     (["record: {trajectories: 1}"], '6: "trajectories" must be true or false, not 1'),
     (["record: {heatmaps: yes}"], '6: "heatmaps" must be true or false, not "yes"'),
     (["time_limit: 0"], '6: "time_limit" must be a number of seconds above 0, not 0'),
@@ -495,8 +495,8 @@ MISTAKES = [
     ),
     (["checkpoints: 60"], '6: unknown key "checkpoints"; did you mean "checkpoint"?'),
     (["fixed: &a {n: 1}"], "6: anchors and aliases (& and *) are not allowed"),
-    (["fixed: {<<: {n: 1}}"], '6: a key must be a name, not "<<"'),
-    (["1: 2"], '6: a key must be a name, not "1"'),
+    (["fixed: {<<: {n: 1}}"], '6: a key must be a string, not "<<"'),
+    (["1: 2"], '6: a key must be a string, not "1"'),
     (
         ["fixed: !!python/object:os.system {n: 1}"],
         "6: tag tag:yaml.org,2002:python/object:os.system is not allowed",
@@ -538,29 +538,29 @@ REPLACED = [
         "replicates: 2\n",
         "",
         (
-            '1: needs either "replicates" (trials a point) or "seeds" (a list), and not'
-            " both"
+            '1: needs either "replicates" (trials per point) or "seeds" (a list of'
+            " seeds), not the two together"
         ),
     ),
     (
         "replicates: 2",
         "replicates: 0",
-        '4: "replicates" must be a whole number from 1 to 20000000, not 0',
+        '4: "replicates" must be an integer from 1 to 20000000, not 0',
     ),
-    ("replicates: 2", "seeds: [3, 3]", '4: 3 stands twice in "seeds"'),
+    ("replicates: 2", "seeds: [3, 3]", '4: 3 is listed twice in "seeds"'),
     (
         "replicates: 2",
         "seeds: [3, -1]",
-        '4: "seeds" must be a whole number from 0, not -1',
+        '4: "seeds" must be an integer from 0, not -1',
     ),
-    ("seed: 1", "seed: -1", '5: "seed" must be a whole number from 0, not -1'),
-    ("seed: 1", "seed: 1.5", '5: "seed" must be a whole number from 0, not 1.5'),
-    ("seed: 1", "seed: true", '5: "seed" must be a whole number from 0, not true'),
-    ("study: short", "study: 5", '1: "study" must be a text, not 5'),
+    ("seed: 1", "seed: -1", '5: "seed" must be an integer from 0, not -1'),
+    ("seed: 1", "seed: 1.5", '5: "seed" must be an integer from 0, not 1.5'),
+    ("seed: 1", "seed: true", '5: "seed" must be an integer from 0, not true'),
+    ("study: short", "study: 5", '1: "study" must be a string, not 5'),
     (
         "study: short",
         "study: a/parts",
-        '1: study "a/parts" is not allowed: "parts" is a name that results',
+        '1: study "a/parts" is not allowed: "parts" is reserved for files',
     ),
     ("study: short", "study: ../up", '1: study "../up" is not allowed'),
     ("study: short", "study: a/../b", '1: study "a/../b" is not allowed'),
@@ -595,7 +595,7 @@ TABLE_MISTAKES = [
         "n,drag\n1,0\n2,3\n",
         "",
         (
-            '7: "t.csv", column "drag", row 2: 3 is not allowed for drag: it is a'
+            '7: "t.csv", column "drag", row 2: 3 is not allowed for drag; allowed: a'
             " number from 0"
         ),
     ),
@@ -604,7 +604,7 @@ TABLE_MISTAKES = [
         "",
         '7: "t.csv", column "drag", row 1: \'0\' is not allowed for drag',
     ),
-    ("n,drug\n1,0\n", "", '7: unknown setting "drug"; did you mean "drag"?'),
+    ("n,drug\n1,0\n", "", '7: unknown parameter "drug"; did you mean "drag"?'),
     (
         "n,drug\n1,0\n",
         ", columns: {drag: drog}",
@@ -642,7 +642,7 @@ def test_unreadable_files_are_named(tmp_path: Path) -> None:
     with pytest.raises(SpecError, match=r": cannot be read: "):
         load_spec(tmp_path)
     path.write_bytes(b"\xff\xfe\xfa")
-    with pytest.raises(SpecError, match=r"spec.yaml: is not a text in UTF-8$"):
+    with pytest.raises(SpecError, match=r"spec.yaml: is not UTF-8 text$"):
         load_spec(path)
     path.write_text("#" * 1_000_001)
     with pytest.raises(SpecError, match=r"spec.yaml: is larger than 1,000,000 bytes"):
@@ -650,6 +650,6 @@ def test_unreadable_files_are_named(tmp_path: Path) -> None:
 
 
 def test_mapping_with_something_else_is_refused() -> None:
-    sentence = r"^spec \(mapping\), study: a spec holds only dicts .* not object <"
+    sentence = r"^spec \(mapping\), study: a spec has only dicts .* not object <"
     with pytest.raises(TypeError, match=sentence):
         parse_spec({"study": object()})

@@ -107,7 +107,7 @@ def test_a_detail_may_be_a_spread() -> None:
     one = study(sweep={"detail": {"ablate": details}})
     assert values(one, "drag_spread") == [0.0, 0.2, 0.0, 0.2]
     for spread in (0.0, 11.0):
-        words = "would change nothing" if spread == 0.0 else "from 0 to 10"
+        words = "changes no value" if spread == 0.0 else "from 0 to 10"
         wrong = {"ablate": {"unlike": {"drag_spread": spread}}}
         assert words in said(sweep={"detail": wrong})
 
@@ -159,11 +159,15 @@ def test_lasting_streams_know_spreads() -> None:
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("dt_spread", 'setting "dt_spread" cannot be used: nguyen2024 does not read'),
-        ("update_spread", "update is no number with decimals, which a factor could"),
-        ("n_spread", "n is no parameter of nguyen2024; those may differ: separation"),
-        ("motor_lag_spread", "motor_lag is no parameter of nguyen2024"),
-        ("drg_spread", 'unknown setting "drg_spread"; did you mean "drag_spread"?'),
+        ("dt_spread", 'parameter "dt_spread" cannot be used: nguyen2024 does not read'),
+        ("update_spread", "update is not a real number, which a factor could"),
+        (
+            "n_spread",
+            "n is not a parameter of nguyen2024 itself; parameters that may differ:"
+            " separation",
+        ),
+        ("motor_lag_spread", "motor_lag is not a parameter of nguyen2024"),
+        ("drg_spread", 'unknown parameter "drg_spread"; did you mean "drag_spread"?'),
     ],
 )
 def test_what_cannot_differ_is_refused_with_the_reason(name: str, words: str) -> None:
@@ -174,8 +178,8 @@ def test_what_cannot_differ_is_refused_with_the_reason(name: str, words: str) ->
 def test_potentials_are_not_recorded_of_robots_that_differ_in_them() -> None:
     on = {"record": {"metrics": ["potential"]}, "model": "patel2023"}
     wrong = said(**on, fixed=SMALL | {"cohesion_weight_spread": 0.1})
-    assert "cohesion_weight_spread gives each robot a pair potential" in wrong
-    assert "and potential need one of all" in wrong
+    assert "cohesion_weight_spread gives each robot a separate pair potential" in wrong
+    assert "but potential need a common potential" in wrong
     expand(study(**on, fixed=SMALL | {"cohesion_weight_spread": 0}))
     expand(study(**on, fixed=SMALL | {"max_speed_spread": 0.1}))
 
@@ -230,7 +234,7 @@ def test_a_parameter_that_has_the_name_of_something_in_a_record_is_told_so(
         path.write_text(spec % f", {name}_spread: 0.1", encoding="utf-8")
         with pytest.raises(SpecError) as error:
             load_spec(path)
-        words = "a record of NumPy has another size: give it another name"
-        assert f'spec.yaml:3: setting "{name}_spread" cannot be used: {words}' in str(
+        words = "size is an attribute of NumPy records: rename the parameter"
+        assert f'spec.yaml:3: parameter "{name}_spread" cannot be used: {words}' in str(
             error.value
         )

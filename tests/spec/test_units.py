@@ -72,12 +72,12 @@ def test_units_are_combined(text: str, expected: str) -> None:
         (
             "speed + radius",
             '"speed + radius" needs equal units, but "speed" is in px/step and "radius"'
-            ' is in px; divide by something in px/step, as in "speed / max_speed"',
+            ' is in px; divide by a value in px/step, for example "speed / max_speed"',
         ),
         (
             "polarization - radius / 2",
-            '"polarization" has no unit and "radius / 2" is in px; divide by something'
-            ' in px, as in "(radius / 2) / ',
+            '"polarization" has no unit and "radius / 2" is in px; divide by a value'
+            ' in px, for example "(radius / 2) / ',
         ),
         ("min(polarization, share)", 'equal units, but "polarization" has no unit'),
         ("radius % speed", 'but "radius" is in px and "speed" is in px/step'),
@@ -88,8 +88,8 @@ def test_units_are_combined(text: str, expected: str) -> None:
         ("log(radius)", 'log needs a number without unit, but "radius" is in px'),
         ("exp(share)", 'exp needs a number without unit, but "share" is in %'),
         ("2 ** radius", 'a power needs a number without unit, but "radius" is in px'),
-        ("radius ** n", '"radius" is in px: its power must be a number that stands'),
-        ("radius ** 0.123456", "a whole number or a simple fraction, at most 20, not"),
+        ("radius ** n", '"radius" is in px: the power must be a literal number'),
+        ("radius ** 0.123456", "an integer or a simple fraction, at most 20, not"),
         ("radius ** 21", "at most 20, not 21"),
         ("radius ** (1 / 0)", '"1 / 0" is not a finite number'),
     ],

@@ -129,12 +129,12 @@ def test_the_plan_says_how_many_points_there_are() -> None:
 MISTAKES = [
     (
         [axis("saltelli", 8, when="n > 1")],
-        "6: a saltelli sample cannot have a when: it needs all of its points",
+        "6: a saltelli sample cannot have when: the analysis needs all points",
     ),
     ([axis("morris", 8, levels=5)], '6: "levels" must be an even number'),
     (
         [axis("morris", 8, levels=1)],
-        '6: "levels" must be a whole number from 2 to 1000, not 1',
+        '6: "levels" must be an integer from 2 to 1000, not 1',
     ),
     ([axis("saltelli", 8, levels=4)], '6: unknown key "levels"'),
     (
@@ -143,14 +143,14 @@ MISTAKES = [
     ),
     (
         [axis("saltelli", 1)],
-        '6: "points" must be a whole number from 2 to 10000000, not 1',
+        '6: "points" must be an integer from 2 to 10000000, not 1',
     ),
-    (["joint: {sample: morris, points: 8}"], '6: "joint" samples no setting'),
+    (["joint: {sample: morris, points: 8}"], '6: "joint" samples no parameter'),
     (
         [axis("saltelli", 2_000_000)],
         (
-            "6: 2,000,000 times 2 D + 2 for D = 3 settings makes 16,000,000 points; at"
-            " most 10,000,000 are allowed"
+            "6: 2,000,000 times 2 D + 2 for D = 3 parameters makes 16,000,000 points;"
+            " at most 10,000,000 are allowed"
         ),
     ),
     (
@@ -158,11 +158,11 @@ MISTAKES = [
             axis("saltelli", 8),
             axis("morris", 8).replace("joint", "two").replace("weight", "range"),
         ],
-        '6: "joint" is such a sample already',
+        '6: "joint" is already a sample of blocks',
     ),
     (
         [axis("saltelli", 8), "n: {values: [3, 4], when: cohesion_weight > 0.5}"],
-        "6: when cannot use settings of",
+        "6: when cannot use parameters of",
     ),
 ]
 
@@ -181,7 +181,7 @@ def test_a_condition_may_not_reject_points_of_a_block() -> None:
     with pytest.raises(
         SpecError,
         match=(
-            r'7: require could reject points of "joint": a saltelli sample counts only'
+            r'7: require could reject points of "joint": a saltelli sample needs all'
         ),
     ):
         parse_spec(short(*lines))

@@ -175,7 +175,7 @@ def test_metrics_are_measured_in_an_object_store(
             "s3://x/y?endpoint_override=127.0.0.1:{free}&scheme=http",
             "does not answer (Could not connect to server",
         ),
-        ("s4://x/y", 'unknown kind of place "s4://"; did you mean "s3://"?'),
+        ("s4://x/y", 'unknown kind of storage "s4://"; did you mean "s3://"?'),
         (
             "s3://x/y?endpoint=here",
             'unknown option "endpoint"; did you mean "endpoint_override"?',
@@ -209,7 +209,7 @@ def test_an_object_store_that_refuses_is_named(monkeypatch: pytest.MonkeyPatch) 
     )
     said = ObjectServer().trouble(ObjectPath(ObjectServer(), "x/y"), OSError(error))
     assert not isinstance(said, UnreachableError)
-    assert str(said).startswith("s3://x/y: the object store refuses (Access Denied")
+    assert str(said).startswith("s3://x/y: the object store rejects the request (")
     assert "AWS_ACCESS_KEY_ID" in str(said)
     monkeypatch.setattr(locations.time, "sleep", lambda _: pytest.fail("waited"))
     with pytest.raises(StoreError):
@@ -362,7 +362,7 @@ def test_a_damaged_part_is_set_aside_and_its_trials_run_again(
         assert relaunch(SMALL, results).statuses.total() == 6
     said = {
         "truncated": " bytes of ",
-        "flipped": "other bytes",
+        "flipped": "not match its checksum",
         "missing": "is missing",
         "manifest": "cannot be read",
     }
@@ -452,7 +452,7 @@ def test_one_launch_at_a_time_or_one_for_each_share(store: Store) -> None:
     with Lock(store.place, Share(1, 2)), Lock(store.place, Share(2, 2)):
         for share in (None, Share(1, 2), Share(1, 3)):
             with pytest.raises(
-                StoreError, match=r"share [12]/2 of this study is being launched by"
+                StoreError, match=r"shard [12]/2 of this study is being launched by"
             ):
                 Lock(store.place, share).__enter__()
     assert keys(store.folder) == []
@@ -610,7 +610,7 @@ def test_shares_add_up_in_an_object_store(results: ObjectPath, tmp_path: Path) -
     assert tables(results / "small") == tables(tmp_path / "small")
     with (
         custody(Store(results / "small"), Share(1, 3)),
-        pytest.raises(StoreError, match="share 1/3"),
+        pytest.raises(StoreError, match="shard 1/3"),
     ):
         relaunch(SMALL, results)
 

@@ -40,5 +40,5 @@ def test_what_is_no_share_is_refused(text: str) -> None:
 
 @pytest.mark.parametrize("text", ["0/16", "17/16", "0/0", "1/0"])
 def test_there_are_only_shares_from_one_on(text: str) -> None:
-    with pytest.raises(ChoiceError, match="they count from 1/"):
+    with pytest.raises(ChoiceError, match="shards are 1/"):
         Share.parse(text)

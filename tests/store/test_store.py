@@ -626,7 +626,7 @@ def test_what_a_search_has_asked_for_is_in_its_plan(tmp_path: Path) -> None:
     empty = store.read_asked()
     assert empty is not None
     assert empty.num_rows == 0
-    with pytest.raises(ValueError, match="only for trials of its plan"):
+    with pytest.raises(ValueError, match="request only trials of the plan"):
         store.write_plan(plan.slice(1).to_reader(), asked)
     store.write_plan(plan.to_reader())
     assert store.read_asked() is None

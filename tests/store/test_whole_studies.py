@@ -86,12 +86,12 @@ def test_a_launch_under_the_new_name_finds_all_stored(results: Path) -> None:
         ("none", "other", StoreError, "none: no study has been launched here"),
         ("../small", "other", ChoiceError, "is not allowed: names of letters"),
         ("small", "../other", ChoiceError, "is not allowed: names of letters"),
-        ("small", "a/plan.parquet", ChoiceError, "is a name that results use"),
+        ("small", "a/plan.parquet", ChoiceError, "is reserved for files of results"),
         ("small", "x" * 300, ChoiceError, "is not allowed: names of letters"),
         ("small", "small", StoreError, "small: exists already; choose another"),
         ("small", "taken", StoreError, "taken: exists already; choose another"),
-        ("small", "small/inner", StoreError, "inner: lies within .*; choose another"),
-        ("outer", "other", StoreError, "inner: is another study, .*rename that first"),
+        ("small", "small/inner", StoreError, "inner: is inside .*; choose another"),
+        ("outer", "other", StoreError, "inner: is another study, .*rename that study"),
     ],
 )
 def test_what_cannot_be_renamed_stays(

@@ -127,7 +127,7 @@ def test_a_dataset_is_written_as_it_is(tmp_path: Path) -> None:
 def test_what_cannot_be_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(ChoiceError, match='unknown table "trial"; did you mean "tri'):
         to_arrays(study("grid"), "trial")
-    with pytest.raises(ChoiceError, match="no heatmaps of it are stored; record:"):
+    with pytest.raises(ChoiceError, match="no heatmaps are stored; record:"):
         to_arrays(study("grid"), "heatmaps")
     monkeypatch.setattr(netcdf, "find_spec", lambda _: None)
     with pytest.raises(ChoiceError) as error:

@@ -77,12 +77,12 @@ def test_points_have_all_settings_and_one_of_several_values(
         ),
         (["n=50,"], '"" chooses nothing; allowed: SETTING=VALUE'),
         (["=3"], '"=3" chooses nothing; allowed: SETTING=VALUE'),
-        (["n=50", "n=100"], "n stands twice; allowed: one value of it"),
-        (["maps=empty"], 'unknown setting "maps"; did you mean "map"?'),
+        (["n=50", "n=100"], "n is given twice; allowed: one value"),
+        (["maps=empty"], 'unknown parameter "maps"; did you mean "map"?'),
         (
             ["colour=red"],
-            'unknown setting "colour". Allowed: n, drag, map, walls, detail, steps, fov'
-            " (the study varies n, drag, map, walls, detail)",
+            'unknown parameter "colour". Allowed: n, drag, map, walls, detail, steps,'
+            " fov (the study varies n, drag, map, walls, detail)",
         ),
         (
             ["map=emty"],
@@ -91,7 +91,7 @@ def test_points_have_all_settings_and_one_of_several_values(
         ),
         (
             ["speed=1"],
-            "speed is a metric, and points are chosen by settings (the study varies n,",
+            "speed is a metric, but points are chosen by parameters (the study varies",
         ),
         (["n=60"], "no point has n = 60; values of n: 50, 100"),
         (["n=many"], "no point has n = many; values of n: 50, 100"),
@@ -124,7 +124,7 @@ def test_what_no_point_has_is_refused_with_what_there_is(
         ({"walls": 1}, "no point has walls = 1; values of walls: true, false"),
         ({"map": 3}, "no point has map = 3; values of map: empty, arena"),
         ({"n": "50"}, "no point has n = 50; values of n: 50, 100"),
-        ({"n": []}, "n is to have one of no values; name one"),
+        ({"n": []}, "n has an empty list of values; give a value"),
         ({"n": [50, 60]}, "no point has n = 60; values of n: 50, 100"),
     ],
 )

@@ -240,7 +240,7 @@ def test_a_launch_at_the_same_time_keeps_it_out(study: StoredStudy) -> None:
 def test_a_part_that_another_process_took_stops_it(study: StoredStudy) -> None:
     waste, before = find_waste(study), kept(study)
     study.store.merge([next(iter(waste.rows))], {})
-    with pytest.raises(StoreError, match="its store was changed meanwhile"):
+    with pytest.raises(StoreError, match="another process has changed the store"):
         clean(study, waste)
     assert same(kept(study), before)
 
@@ -255,7 +255,7 @@ def test_trials_of_the_very_spec_stay_though_the_plan_lacks_them(
     waste = find_waste(shorter)
     assert (waste.rows, waste.unlisted) == ({}, 1)
     assert (
-        "stay       1 trial stored under this very spec that its plan lacks"
+        "stay       1 trial of this spec, stored but not in the plan"
         in waste.as_text(shorter)
     )
     clean(shorter, waste)
@@ -268,7 +268,7 @@ def test_it_warns_where_the_plan_grows_as_the_study_runs(tmp_path: Path) -> None
     study = launched(
         SPEC.replace("replicates: 3", until).replace("[0.5, 1]", "[1]"), tmp_path
     )
-    assert "the plan of this study grows as it runs" in find_waste(study).as_text(study)
+    assert "this study grows during the run" in find_waste(study).as_text(study)
 
 
 def test_links_are_neither_followed_nor_removed(
@@ -310,7 +310,7 @@ def test_the_command_asks_and_without_a_terminal_refuses(study: StoredStudy) -> 
     assert shown.stdout == refused.stdout
     assert "6 trials that have left the spec" in shown.stdout
     assert (
-        "nothing was removed: there is no terminal to ask in; --yes removes it"
+        "nothing was removed: there is no terminal for the question; use --yes"
         in refused.stderr
     )
     assert study.store.current_parts() == parts
@@ -332,7 +332,7 @@ def test_in_a_terminal_the_default_is_no(
             done = sweep(study.store.folder.parent.parent, "gc", "small")
     finally:
         os.close(controller)
-    assert "Remove it? It cannot be undone. [y/N]" in done.stderr
+    assert "Remove these data? The removal cannot be undone. [y/N]" in done.stderr
     assert done.returncode == (0 if left == 6 else 1)
     assert "Traceback" not in done.stderr
     assert len(Store(study.store.folder).trial_ids()) == left

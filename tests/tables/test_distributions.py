@@ -150,8 +150,8 @@ def test_a_comparison_tells_undefined_values(
 
 
 FEW = (
-    "flock_radius: 2 to 5 skewed values cannot show a long tail, so their intervals may"
-    " cover the mean with less than 95 %"
+    "flock_radius: 2 to 5 skewed values cannot show a long tail, so the confidence"
+    " intervals may contain the mean with less than 95 % probability"
 )
 
 

@@ -380,7 +380,7 @@ def test_a_mistake_is_named_and_nothing_written(
 def test_what_is_not_stored_is_said(tmp_path: Path) -> None:
     study = launched(SMALL, tmp_path)
     with pytest.raises(
-        ChoiceError, match=r"no heatmaps of it are stored; record: \{heatmaps"
+        ChoiceError, match=r"no heatmaps are stored; record: \{heatmaps"
     ):
         export(study, tmp_path / "maps.nc", "heatmaps")
 
@@ -523,7 +523,7 @@ def test_the_command_exports_what_is_chosen_and_counts_the_rows_of_the_file(
     assert set(pd.read_csv(tmp_path / "x.csv")["trial_id"]) == {*there}
     both = sweep(tmp_path, *command, *where, "--trial", trial)
     assert both.returncode == 2
-    assert "does not ask for it at the points that were chosen" in both.stderr
+    assert "is not a trial of the spec at the chosen points" in both.stderr
     wrong = sweep(tmp_path, *command, "--force", "--columns", "vz")
     assert wrong.returncode == 2
     assert 'unknown column "vz"' in wrong.stderr

@@ -70,9 +70,7 @@ def test_several_points_and_another_ending_are_refused(tmp_path: Path) -> None:
 
 def test_trials_that_keep_no_flocks_are_refused(tmp_path: Path) -> None:
     study = launched(SMALL, tmp_path).where(separation_weight=1)
-    with pytest.raises(
-        ChoiceError, match="3 trials of it left no last_flocks; with re"
-    ):
+    with pytest.raises(ChoiceError, match="3 trials without stored last_flocks; re"):
         write_last_flocks(study, tmp_path / "flocks.csv")
 
 
@@ -103,4 +101,4 @@ def test_boids_with_a_state_are_refused(tmp_path: Path) -> None:
         write_last_flocks(StoredStudy("own", tmp_path), tmp_path / "flocks.csv")
     points, state = str(caught.value).splitlines()
     assert "has 2 points" in points
-    assert "have a state (phase), which no table" in state
+    assert "have a state (phase), which a table" in state

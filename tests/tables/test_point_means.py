@@ -133,15 +133,18 @@ MISTAKES = [
     ("separation_wieght >= 1", 'unknown name "separation_wieght"; did you mean'),
     (
         "speed_mean > 1 and n > 2",
-        '"speed_mean > 1 and n > 2": speed_mean is a metric, and points are chosen by'
-        " settings (the study varies separation_weight, alignment_weight,",
+        '"speed_mean > 1 and n > 2": speed_mean is a metric, but points are chosen by'
+        " parameters (the study varies separation_weight, alignment_weight,",
     ),
-    ("separation_weight >= 10", "holds at no point; values of separation_weight: 0.5,"),
+    (
+        "separation_weight >= 10",
+        "is true at no point; values of separation_weight: 0.5,",
+    ),
     ("borders == 'tours'", 'unknown borders "tours"; did you mean "torus"?'),
-    ("separation_weight < 'a'", "needs a number, but \"'a'\" is a text"),
+    ("separation_weight < 'a'", "needs a number, but \"'a'\" is a string"),
     ("__import__('os') == 1", 'unknown function "__import__"'),
     ("separation_weight >=", "is not an expression"),
-    ("separation_weight + 1 if borders == 'torus' else 2", "it is a number, and no"),
+    ("separation_weight + 1 if borders == 'torus' else 2", "is a number, not a"),
     ("separation_weight", '"separation_weight" chooses nothing; allowed:'),
     ("borders=tours", "no point has borders = tours; did you mean"),
 ]
@@ -158,7 +161,9 @@ def test_what_is_no_condition_is_refused(text: str, message: str) -> None:
 
 
 def test_conditions_that_hold_at_no_point_together_are_refused() -> None:
-    with pytest.raises(ChoiceError, match="no point has all of: borders = torus, sep"):
+    with pytest.raises(
+        ChoiceError, match="no point satisfies all of: borders = torus, sep"
+    ):
         grid().where(
             "separation_weight > 1 and alignment_weight < 1",
             "separation_weight < 2 or alignment_weight == 1",
@@ -194,7 +199,7 @@ def test_the_command_says_what_it_pools() -> None:
     words = " ".join(text.split())
     assert "points" in words
     assert "replicates" in words
-    assert "a row pools its points, each with the same weight" in words
+    assert "each row pools points with equal weight" in words
     rows = json.loads(sweep(Path(), *command, *options, "--json").stdout)
     assert [row["points"] for row in rows] == [6, 6]
     assert rows[0]["speed"] > rows[1]["speed"]

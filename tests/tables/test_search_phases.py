@@ -15,8 +15,8 @@ from sweep.tables.stored_study import StoredStudy
 from tests.commands import sweep
 from tests.plotted import legend_texts, shown, study, titles
 
-SEARCH = "trials of phase search chose among the candidates, so the best of them look"
-HELD_OUT = "trials of phase held_out judge the chosen ones with other seeds"
+SEARCH = "trials of phase search chose among the candidates, so the best candidates"
+HELD_OUT = "trials of phase held_out judge the chosen candidates with other seeds"
 
 
 @pytest.fixture(scope="module")
@@ -123,9 +123,11 @@ def test_a_comparison_takes_trials_of_one_phase(searched: StoredStudy) -> None:
 def test_a_comparison_never_pools_phases(searched: StoredStudy) -> None:
     folder, name = searched.store.folder.parent, searched.name
     whole, judged = read_side(name, folder), read_side(f"{name}:phase=held_out", folder)
-    with pytest.raises(ChoiceError, match=f"phase: choose one, as in {name}:phase="):
+    with pytest.raises(
+        ChoiceError, match=f"phase: choose a value, for example {name}:phase="
+    ):
         compare_sides(whole, judged, "speed")
-    with pytest.raises(ChoiceError, match="are the same trials"):
+    with pytest.raises(ChoiceError, match="are identical trials"):
         compare_sides(judged, read_side(f"{name}:phase=held_out", folder))
 
 

@@ -93,9 +93,7 @@ def test_another_study_takes_no_trial_along(tmp_path: Path) -> None:
     launched(SMALL, tmp_path)
     made = compare(spec(), spec(("study: small", "study: other")), tmp_path)
     assert (made.trials, made.stored) == (Overlap(0, 6, 0), 0)
-    assert (
-        "other has a folder of its own and takes no trial from small" in made.as_text()
-    )
+    assert "other has a separate folder and uses no trial of small" in made.as_text()
 
 
 def test_changed_kernels_and_tables_are_said(
@@ -122,12 +120,12 @@ def test_a_study_that_stops_by_itself_is_counted_at_its_most() -> None:
     until = "replicates: {until: {metric: speed, half_width: 0.5}, min: 3, max: 20}"
     made = compare(spec(), spec(("replicates: 3", until)), Path("nowhere"))
     assert made.trials == Overlap(34, 6, 0)
-    assert "its trials are counted at their most" in made.notes[0]
+    assert "trials are counted at the maximum" in made.notes[0]
 
 
 def test_what_a_search_would_add_is_not_known(tmp_path: Path) -> None:
     with pytest.raises(
-        SpecError, match=r"spec\.yaml:\d+: \"search\" asks for its trials as it goes"
+        SpecError, match=r"spec\.yaml:\d+: \"search\" chooses trials during the run"
     ):
         compare(spec(), parse_spec(TINY), tmp_path)
 
@@ -235,7 +233,7 @@ def test_own_code_with_other_names_is_said(
     made = compare(before, own_study(tmp_path, files), tmp_path)
     said = [note for note in made.notes if not note.startswith("the code has changed")]
     wanted = [
-        f"own code has other names ({note}): trials with these are other ones"
+        f"custom code has new names ({note}): trials with new names are new"
         for note in notes
     ]
     assert said == wanted

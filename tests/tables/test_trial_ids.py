@@ -48,7 +48,7 @@ def test_a_beginning_of_several_ids_is_refused_with_some_of_them(method) -> None
     words = f'the ids of {count} trials begin with "{digit}": {", ".join(first)}, ...;'
     with pytest.raises(ChoiceError) as refused:
         method(study("grid"), digit)
-    assert str(refused.value) == f"study grid: {words} write more of it"
+    assert str(refused.value) == f"study grid: {words} give more digits"
 
 
 @pytest.mark.parametrize("given", ["", "nonsense", "g"])

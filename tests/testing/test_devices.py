@@ -33,12 +33,12 @@ def test_another_breaks_nothing_and_the_reason_is_said(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("sweep.testing.devices.refusal_of", lambda _job: "55 fused")
-    with pytest.raises(SkipTest, match="processors alone fly it: 55 fused"):
+    with pytest.raises(SkipTest, match="only processors can run the model: 55 fused"):
         assert_keeps(MODEL, "device")
 
 
 def test_without_the_compiler_nobody_has_looked() -> None:
-    said = 'not looked at: the compiler comes with pip install "boidsweep[gpu]"'
+    said = 'not checked: install the compiler with pip install "boidsweep[gpu]"'
     with pytest.raises(SkipTest) as skipped:
         assert_keeps(MODEL, "device")
     assert str(skipped.value) == said

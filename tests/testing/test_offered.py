@@ -89,21 +89,21 @@ BAD: list[tuple[str, str, str, str, tuple[str, str]]] = [
         "metric gain",
         "values",
         GAIN,
-        "it changes the frames",
+        "the metric changes frames",
         ("        pass\n", "        frames.bodies[f, 1, 0] = 0.0\n"),
     ),
     (
         "metric gain",
         "values",
         GAIN,
-        "it writes values beyond those of the frames",
+        "the metric writes values beyond the last frame",
         ("        pass\n", "        values[filled] = 0.0\n"),
     ),
     (
         "metric gain",
         "values",
         GAIN,
-        "it does not write the value of frame 3 of 11",
+        "the metric does not write the value of frame 3 of 11",
         ("        pass\n", "        if f == 3:\n            continue\n"),
     ),
     (
@@ -117,7 +117,7 @@ BAD: list[tuple[str, str, str, str, tuple[str, str]]] = [
         "metric gain",
         "values",
         GAIN,
-        "and up to -1 is declared",
+        "but up to -1 is declared",
         ('kinds=("a", "b")', 'kinds=("a", "b"), high=-1.0'),
     ),
     (
@@ -138,14 +138,14 @@ BAD: list[tuple[str, str, str, str, tuple[str, str]]] = [
         "map discs",
         "bounds",
         DISCS,
-        "lies outside the world of",
+        "is outside the world of",
         ("0.0, settings.width, 4", "2 * settings.width, 3 * settings.width, 4"),
     ),
     (
         "map discs",
         "bounds",
         DISCS,
-        "the last column is 1 for a disc",
+        "the last column is neither 0 nor 1",
         ("np.ones(4)])", "np.full(4, 2)])"),
     ),
     (
@@ -160,7 +160,7 @@ BAD: list[tuple[str, str, str, str, tuple[str, str]]] = [
         "map discs",
         "repeats",
         DISCS,
-        "something else the second time",
+        "other values the second time",
         ("    x = rng", "    SEEN.append(0)\n    x = len(SEEN) / 1e6 + 0.9 * rng"),
     ),
     (
@@ -174,7 +174,7 @@ BAD: list[tuple[str, str, str, str, tuple[str, str]]] = [
         "start rows",
         "bounds",
         ROWS,
-        "it gives 15 boids, and n is 14",
+        "the flock has 15 boids, but n is 14",
         (
             "empty_flock(n)\n    flock.x[:] = rng.uniform(0.0, world.width, n)",
             "empty_flock(n + 1)",
@@ -191,7 +191,7 @@ BAD: list[tuple[str, str, str, str, tuple[str, str]]] = [
         "start rows",
         "repeats",
         ROWS,
-        "something else the second time",
+        "other values the second time",
         (
             "    return flock",
             "    SEEN.append(0)\n    flock.y[:] = 1 / len(SEEN)\n    return flock",
@@ -208,14 +208,14 @@ BAD: list[tuple[str, str, str, str, tuple[str, str]]] = [
         "sampler evenly",
         "bounds",
         DRAW,
-        "at least 0 and below 1",
+        "allowed: from 0 to below 1",
         ("[cube.generator(name)", "[1 + cube.generator(name)"),
     ),
     (
         "sampler evenly",
         "bounds",
         DRAW,
-        "it gives 2 numbers",
+        "draw gives 2 numbers",
         ("in cube.names]", "in cube.names[:2]]"),
     ),
 ]
@@ -293,7 +293,7 @@ def test_what_a_file_demands_of_settings_is_heeded(tmp_path: Path) -> None:
     demand = 'demands=(Demand("n > 99", "it is small"),)'
     path = written(tmp_path, ('"on a line", "a test")', f'"a", "a test", {demand})'))
     one = entry(path, "start rows")
-    with pytest.raises(SkipTest, match="in the small worlds of this check it is small"):
+    with pytest.raises(SkipTest, match="in the small test worlds, it is small"):
         OFFERED["starts"]["bounds"].check(one)
 
 
@@ -316,6 +316,6 @@ def test_a_file_without_anything_is_refused(tmp_path: Path) -> None:
     (tmp_path / "bare.py").write_text("X = 1\n")
     done = sweep(tmp_path, "check", "bare.py")
     assert (done.returncode, done.stdout) == (2, "")
-    assert "bare.py: MODEL is no Model; it has no Model" in done.stderr
+    assert "bare.py: MODEL is no Model; the file has no Model" in done.stderr
     with pytest.raises(ValueError, match="no METRICS, MAPS, STARTS or SAMPLERS"):
         assert_offers(tmp_path / "bare.py")

@@ -48,7 +48,7 @@ BAD: list[tuple[str, str, tuple[tuple[str, str], ...]]] = [
         "has no text",
         (to(GAIN, 'gain: Annotated[float, About("", low=0)]'),),
     ),
-    ("settings", "says nothing of itself", (to(GAIN, "gain: float"),)),
+    ("settings", "has no About; write", (to(GAIN, "gain: float"),)),
     (
         "settings",
         "is of type str",
@@ -66,7 +66,7 @@ BAD: list[tuple[str, str, tuple[tuple[str, str], ...]]] = [
     ),
     (
         "presets",
-        'gives "gain" no value',
+        'has no value for "gain"',
         (
             ('    "gain": 0.01,\n', ""),
             (
@@ -94,7 +94,7 @@ BAD: list[tuple[str, str, tuple[tuple[str, str], ...]]] = [
     ),
     (
         "presets",
-        "minimum_image is for a torus",
+        "minimum_image needs periodic boundaries",
         (
             marked('    presets={"as_run": PRESET},'),
             ('    "gain": 0.01,', '    "gain": 0.01, "minimum_image": True,'),
@@ -108,7 +108,7 @@ BAD: list[tuple[str, str, tuple[tuple[str, str], ...]]] = [
     ("presets", "another name", (to('name="drawn",', 'name="nanobot",'),)),
     (
         "allocation",
-        "is plain Python; put @jit",
+        "is plain Python; write @jit",
         ((f"@jit\n{DEF}", f"{DEF}  {LINE}"),),
     ),
     (
@@ -118,7 +118,7 @@ BAD: list[tuple[str, str, tuple[tuple[str, str], ...]]] = [
     ),
     (
         "allocation",
-        "takes 6 arguments, and is called with 7",
+        "takes 6 arguments, but gets 7",
         (to(DEF, DEF.replace(" rng,", "")),),
     ),
     (
@@ -142,17 +142,17 @@ BAD: list[tuple[str, str, tuple[tuple[str, str], ...]]] = [
     ),
     (
         "calls",
-        "and its vx before was -",
+        "but vx before the step was -",
         (marked(DEF), ("        remember(flock, seen)\n", "")),
     ),
     (
         "calls",
-        "what an earlier step has left; call publish(flock, others, work)",
+        "values of an earlier step; call publish(flock, others, work)",
         (marked(DEF), ("remember(flock, seen)", "remember(flock, flock)")),
     ),
     (
         "calls",
-        "boid 0 moves, and stays in its old cell of the grid; call move(work.grid, i",
+        "boid 0 moves, but stays in the old cell of the grid; call move(work.grid, i",
         (marked(DEF), ("move_all(work.grid, flock)", "pass")),
     ),
     (
@@ -168,7 +168,7 @@ BAD: list[tuple[str, str, tuple[tuple[str, str], ...]]] = [
     ),
     (
         "grid",
-        "sight must declare the longest range",
+        "sight must declare the longest searched",
         (
             marked(SIGHT),
             (
@@ -179,7 +179,7 @@ BAD: list[tuple[str, str, tuple[tuple[str, str], ...]]] = [
     ),
     (
         "grid",
-        "and the grid is told of each move at once",
+        "update the grid after each",
         (
             marked(SIGHT),
             ("                move(work.grid, i, x, y)\n", "                pass\n"),
@@ -188,17 +188,17 @@ BAD: list[tuple[str, str, tuple[tuple[str, str], ...]]] = [
     ),
     (
         "restart",
-        "keep only what is in the flock",
+        "keep values only in the flock",
         (marked(DEF), doing("vx += 0.01 * step")),
     ),
     (
         "restart",
-        "the last one of a shorter trial",
+        "the last step of a shorter trial",
         (marked(DEF), doing("vx += 0.01 / record.last")),
     ),
     (
         "robots",
-        "drives is True, and by its source False",
+        "drives is True, but the source has False",
         (
             to(
                 "    sight=sight,",
@@ -229,17 +229,17 @@ BAD: list[tuple[str, str, tuple[tuple[str, str], ...]]] = [
     ),
     (
         "symmetries",
-        '"translation" does not hold',
+        '"translation" is broken',
         (marked(SYMMETRIES), doing("vx -= 0.01 * x")),
     ),
     (
         "symmetries",
-        '"quarter_turn" does not hold',
+        '"quarter_turn" is broken',
         (to(SYMMETRIES, 'symmetries={"quarter_turn": {}},'), doing("vx += 0.1")),
     ),
     (
         "symmetries",
-        '"reflection" does not hold',
+        '"reflection" is broken',
         (
             to(SYMMETRIES, 'symmetries={"rotation": {}, "reflection": {}},'),
             doing("vx, vy = vx - 0.1 * vy, vy + 0.1 * vx"),
@@ -247,7 +247,7 @@ BAD: list[tuple[str, str, tuple[tuple[str, str], ...]]] = [
     ),
     (
         "symmetries",
-        '"permutation" does not hold',
+        '"permutation" is broken',
         (
             marked(SYMMETRIES),
             doing("vx, vy = vx + 0.001 * i * vy, vy - 0.001 * i * vx"),
@@ -260,7 +260,7 @@ BAD: list[tuple[str, str, tuple[tuple[str, str], ...]]] = [
     ),
     (
         "symmetries",
-        "symmetries are written as",
+        "write symmetries as",
         (to(SYMMETRIES, 'symmetries=("translation",),'),),
     ),
     (
@@ -270,7 +270,7 @@ BAD: list[tuple[str, str, tuple[tuple[str, str], ...]]] = [
     ),
     (
         "symmetries",
-        'unknown setting "gian"; did you mean "gain"',
+        'unknown parameter "gian"; did you mean "gain"',
         (to(SYMMETRIES, 'symmetries={"translation": {"gian": 0}},'),),
     ),
     (
@@ -283,7 +283,7 @@ BAD: list[tuple[str, str, tuple[tuple[str, str], ...]]] = [
     ),
     (
         "reach",
-        "and torus, seen across its borders",
+        "and torus, perceived across borders",
         (
             marked(SIGHT),
             ('    "gain": 0.01,', '    "gain": 0.01, "borders": "torus",'),
@@ -364,7 +364,7 @@ def _is_found(said: str, line: int, words: str) -> None:
 
 
 IN_THE_INTERPRETER = [one for one in BAD if one[0] in FLOWN]
-MANY_BOIDS = "and the grid is told of each move at once"
+MANY_BOIDS = "update the grid after each"
 """What is said of a breach that is found in a flock of many boids."""
 
 
@@ -423,7 +423,7 @@ def test_memory_is_counted_where_numba_does_not_refuse_it(tmp_path: Path) -> Non
     [
         (
             "restart",
-            "in the small worlds of this check it is small",
+            "in the small test worlds, it is small",
             (
                 (
                     "    sight=sight,",
@@ -431,22 +431,22 @@ def test_memory_is_counted_where_numba_does_not_refuse_it(tmp_path: Path) -> Non
                 ),
             ),
         ),
-        ("robots", "does not say what robots can do: add publishes=False", ()),
-        ("motors", "for motors before confine write `vx, vy = drive", ()),
-        ("symmetries", "it declares no symmetry", ((f"    {SYMMETRIES}\n", ""),)),
+        ("robots", "declares no abilities of robots: add publishes=False", ()),
+        ("motors", "for actuation before confine write `vx, vy = drive", ()),
+        ("symmetries", "model declares no symmetry", ((f"    {SYMMETRIES}\n", ""),)),
         (
             "grid",
-            "its boids see everyone",
+            "boids perceive all boids",
             (("return Sight(params.range, params.fov)", "return Sight(math.inf)"),),
         ),
         (
             "reach",
-            "it has no flight in an open world, nor in a periodic one",
+            "the model runs in no open world and in no periodic world",
             (("sight=sight,", f"sight=sight, {ONLY_BOUNDED}"),),
         ),
         (
             "reach",
-            "its boids see everyone",
+            "boids perceive all boids",
             (
                 ("return Sight(params.range, params.fov)", "return Sight(math.inf)"),
                 ("return params.range / 2", "return math.inf"),

@@ -63,7 +63,7 @@ def test_it_is_said_once_where_nothing_can_be_kept(
         assert not warm(job).has_failed
     [said] = caplog.messages
     assert said.startswith(
-        "/full: compiled kernels cannot be kept (No space left on device), so each"
+        "/full: compiled kernels cannot be stored (No space left on device), so each"
     )
     monkeypatch.setattr(simulation, "is_compiled_for", lambda *_: False)
     warm(job)

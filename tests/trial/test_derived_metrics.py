@@ -205,7 +205,7 @@ def test_a_trial_is_replayed_and_verified_with_its_expressions(
 ) -> None:
     report, same = replay(study, study.trials["trial_id"][4])
     assert same, report
-    assert "equal to what is stored, to the last bit: trials, series" in report
+    assert "bitwise identical to the stored values: trials, series" in report
     found = verify(study, Serial(), fraction=1.0)
     assert found.same
     assert found.checked.total() == 6
@@ -262,7 +262,7 @@ def test_tables_comparisons_and_figures_know_it(
     assert row["metric"] == "gain"
     assert row["difference"] == pytest.approx(means[1.0] - means[0.5], rel=1e-12)
     labels = [axes.get_ylabel() for axes in scatter_figure(study, "gain_mean").axes]
-    assert labels == ["gain, last half (step/px)"]
+    assert labels == ["gain, second half (step/px)"]
     assert direction(study, "gain").high
     assert not direction(study, "gain-").high
     curves = metric_curves(study, metrics=["gain"])

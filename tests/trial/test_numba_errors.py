@@ -15,7 +15,7 @@ from tests.cases import slow_but
 from tests.commands import sweep
 from tests.testing.models import LINE, doing, inside, written
 
-ALLOCATES = "this allocates memory for a new array, list, dictionary or text, which"
+ALLOCATES = "this allocates memory for a new array, list, dictionary or string, which"
 MISTAKES = {
     "a = np.zeros(3)": ALLOCATES,
     "a = np.array([vx, vy])": ALLOCATES,
@@ -26,16 +26,16 @@ MISTAKES = {
     "vx += rng.normal(0.0, 1.0, 3)[0]": ALLOCATES,
     "vx += params.gian": 'there is no "gian" in Params; did you mean "gain"?',
     "vx += flock.z[i]": 'there is no "z" in Flock, which has x, y, vx,',
-    "vx += gian": 'the name "gian" stands for nothing; define or import it',
+    "vx += gian": 'the name "gian" is not defined; define or import it',
     "vx += np.zeross(3)": 'there is no "zeross" in numpy',
     "vx += math.sine(vx)": 'there is no "sine" in math',
     "vx = plain(vx)": '"plain" is a plain Python function; put @jit above it',
     'vx += WORDS["a"]': '"WORDS" is a dict, which kernels cannot use',
     "TABLE[0] = vx": "this changes an array of the module, which is a constant",
     "a, b, c = pull(work.near, found)": (
-        "3 names stand on the left, and 2 values on the right"
+        "3 names are on the left, and 2 values on the right"
     ),
-    "a, b = vx": "several names stand on the left, and one value (float64) on",
+    "a, b = vx": "several names are on the left, and one value (float64) on",
     "a, b = pull(work.near)": (
         "the call does not fit (near, found): missing a required argument: 'found'"
     ),
@@ -43,8 +43,8 @@ MISTAKES = {
     'vx = vx + "fast"': "numba has no add(float64, 'fast'); a name keeps one type",
     "vx = flock.x[0.5]": "numba has no getitem(array of float64, float64)",
     'flock.x[i] = "a"': "numba has no setitem(array of float64, int64, 'a')",
-    "params.gain = 2.0": '"gain" of Params cannot be set, as that is a tuple',
-    "import math as m": "kernels know only a part of Python: import stands at the top",
+    "params.gain = 2.0": '"gain" of Params cannot be set, because a tuple is',
+    "import math as m": "kernels know only a part of Python: put the import at the",
     "vx = sum(q for q in (vx, vy))": (
         "numba cannot compile this: The use of yield in a closure is unsupported."
     ),
@@ -95,8 +95,8 @@ def test_a_name_that_stands_for_nothing_is_found_in_what_advance_calls(
     within = ("    return x, y", f"    return x, y + gian  {LINE}")
     path, line = written(tmp_path, within)
     assert said_of(path) == (
-        f'drawn.py, line {line}, "return x, y + gian  {LINE}": the name "gian" stands'
-        " for nothing; define or import it"
+        f'drawn.py, line {line}, "return x, y + gian  {LINE}": the name "gian" is'
+        " not defined; define or import it"
     )
 
 

@@ -232,7 +232,7 @@ class Strays(Host):
 
 def test_a_device_that_takes_other_steps_is_named_by_an_error() -> None:
     """No result of a processor takes the place of what it should have given."""
-    with pytest.raises(DeviceError, match="fails there, and not on a processor"):
+    with pytest.raises(DeviceError, match="fails there, but not on a processor"):
         flown(some(3), Strays())
 
 

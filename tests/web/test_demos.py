@@ -121,8 +121,8 @@ def test_pictures_move_until_they_are_stopped_or_from_the_beginning_not(
     picture = page.locator("canvas").first
     page.wait_for_function(LOADED)
     still = picture.screenshot()
-    page.get_by_role("button", name="Let the pictures move").click()
-    page.get_by_role("button", name="Stop the pictures").wait_for()
+    page.get_by_role("button", name="Play the animations").click()
+    page.get_by_role("button", name="Stop the animations").wait_for()
     deadline = time.monotonic() + PATIENCE
     while picture.screenshot() == still:
         assert time.monotonic() < deadline, "it never moved"

@@ -108,7 +108,7 @@ def test_it_answers_what_the_server_of_sweep_show_answers(
 @pytest.mark.parametrize(
     ("question", "query", "why"),
     [
-        ("fly", [], "no answer to this question"),
+        ("fly", [], "the question is unknown"),
         ("state", [], 'the question lacks the key "study"'),
         ("state", [["study", "smal"]], "smal"),
         ("state", [["study", "../up"]], "not allowed"),
@@ -142,7 +142,7 @@ def test_nonsense_from_a_front_end_is_refused_and_harms_nobody(
         assert said == {
             "type": "refusal",
             "id": "n",
-            "why": "this is no message of the page",
+            "why": "the message is not valid",
         }
     page.say(type="ask", question="studies", query=[])  # no id: nobody to answer
     page.widget._handle_custom_msg("nonsense", [])
@@ -191,7 +191,7 @@ def test_a_mistake_is_said_at_once(results: Path) -> None:
         sweep.show("smal", results)
     with pytest.raises(ChoiceError, match="not allowed"):
         sweep.show("../up", results)
-    with pytest.raises(ChoiceError, match="the whole study"):
+    with pytest.raises(ChoiceError, match="only whole studies"):
         sweep.show(sweep.load("small", results).where(separation_weight=1))
 
 
@@ -308,7 +308,7 @@ def test_a_tour_from_the_figure_to_a_trial_that_plays(
     cell.seen("[aria-label=studies] tbody button")
     assert "about:srcdoc" in inner.url
     cell.page.evaluate("happens('comm_live_update')")
-    cell.frame.get_by_text("gone with their kernel").first.wait_for()
+    cell.frame.get_by_text("kernel of these results has stopped").first.wait_for()
     cell.page.evaluate("cleanup()")
     assert cell.page.evaluate("[listeners.length, frames.length]") == [0, 0]
     cell.page.close()

@@ -136,7 +136,7 @@ SIDES = "#a=grid:borders%3Dtorus&b=grid:borders%3Dbounded&metric=speed"
 
 def test_a_tour_of_a_comparison_to_a_trial_of_either_side(opened: Open) -> None:
     page = opened("#study=grid")
-    page.get_by_text("Compare it with another side").click()
+    page.get_by_text("Compare with another side").click()
     page.locator("#study-a").fill("grid:borders=torus")
     page.locator("#study-b").fill("grid:borders=bounded")
     page.get_by_role("button", name="compare").click()
@@ -251,9 +251,9 @@ def test_an_address_of_a_figure_that_does_not_suit_leads_to_one_that_does(
     page = browser.new_page()  # where the browser may say that it was refused
     page.goto(f"{server.url}#study=small&kind=heatmap")
     refusal = page.locator(".figure .refusal").first
-    expect(refusal).to_contain_text("needs two settings that vary")
+    expect(refusal).to_contain_text("needs two varied parameters")
     expect(page.locator("#figure-kind")).to_be_hidden()  # it has nothing to choose
-    page.get_by_role("button", name="Show one that suits").click()
+    page.get_by_role("button", name="Show a suitable figure").click()
     seen(page, ".figure .board, .figure .uplot")
     expect(refusal).to_be_hidden()
     expect(page.locator("#figure-kind")).to_be_visible()

@@ -77,7 +77,7 @@ def test_the_field_of_goals_takes_the_text_that_tables_have() -> None:
     later = state.with_settings({"next_goals": "40 50;60.0 70"})
     assert later.settings["next_goals"] == "40 50; 60 70"
     assert "next_goals: 40 50; 60 70" in later.as_text()
-    with pytest.raises(SpecError, match="is not allowed for next_goals: it is a list"):
+    with pytest.raises(SpecError, match="not allowed for next_goals; allowed: a list"):
         state.with_settings({"next_goals": "40 50 60"})
 
 

@@ -55,8 +55,8 @@ def test_any_trial_of_an_opened_spec_is_shown_and_its_text_stays(opened: Open) -
         assert copied(page) == SEPARATION.read_text()
         page.page.get_by_role("button", name="Copy as spec").click()
         words = (
-            "Launched, point 4 (of 0 to 4), replicate 16 (of 0 to 399) gives the very"
-            " frames"
+            "A launch reproduces these frames as point 4 (of 0 to 4), replicate 16 (of"
+            " 0 to 399)"
         )
         page.page.get_by_text(words).wait_for()
         assert page.show.state.job.replicate == 16  # type: ignore[attr-defined]
@@ -171,7 +171,7 @@ def test_what_cannot_be_shown_any_more_is_said_and_the_page_opens(
         page.page.reload()
         page.until("Boolean(window.boidsweep?.view.stage.frame)")
         toast = page.page.locator(".toast")
-        toast.get_by_text("what this page has kept cannot be shown: ").wait_for()
+        toast.get_by_text("the run that this page has kept cannot be").wait_for()
         assert toast.get_attribute("role") == "alert"
         toast.get_by_role("button", name="Close").click()
         assert toast.count() == 0

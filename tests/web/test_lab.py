@@ -279,7 +279,7 @@ def test_a_run_that_is_gone_with_its_kernel_says_so_until_the_cell_is_run_again(
     notebook.restart()
     notebook.until_words(
         "banner",
-        "This run is gone with its kernel. Run the cell again for another one.",
+        "The kernel of this run has stopped. Run the cell again for a new run.",
     )
     notebook.until_words("going", "Run")
     last = notebook.until_step(0)
@@ -350,7 +350,7 @@ def test_results_are_explored_in_a_cell_up_to_a_trial_that_plays(
     colour = "one => getComputedStyle(one).backgroundColor"
     assert card.evaluate(colour) == "rgb(22, 28, 36)"
     notebook.restart()
-    frame.get_by_text("gone with their kernel").first.wait_for()
+    frame.get_by_text("kernel of these results has stopped").first.wait_for()
     notebook.until_idle()
     notebook.run(0)
     frame.locator(".figure .uplot").first.wait_for()

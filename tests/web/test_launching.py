@@ -93,7 +93,7 @@ def test_a_launch_goes_on_without_the_page_until_it_is_stopped(
     launcher.launch(long, launcher.proposed(long).digest)
     assert launcher.started
     process = launcher.started.process
-    assert f"goes on, as process {process.pid};" in launcher.leave()
+    assert f"continues as process {process.pid};" in launcher.leave()
     launcher.stop()
     assert ended(launcher) != 0
 
@@ -101,7 +101,7 @@ def test_a_launch_goes_on_without_the_page_until_it_is_stopped(
 def test_a_file_that_was_changed_meanwhile_stays(launcher: Launcher) -> None:
     seen = launcher.proposed(MORE).digest
     launcher.file.write_text(edited := SMALL + "# a note\n")
-    with pytest.raises(ChoiceError, match="has changed since this page has read it"):
+    with pytest.raises(ChoiceError, match="has changed since this page has read"):
         launcher.launch(MORE, seen)
     assert launcher.file.read_text() == edited
     assert launcher.started is None
@@ -111,8 +111,8 @@ def test_a_study_that_is_being_launched_is_not_launched(launcher: Launcher) -> N
     place = launcher.results / "small"
     with Lock(place_of(place, launcher.results)):
         found = launcher.proposed(MORE)
-        assert found.why_not.startswith("It is being launched, by ")
-        with pytest.raises(ChoiceError, match="It is being launched"):
+        assert found.why_not.startswith("The study is being launched by ")
+        with pytest.raises(ChoiceError, match="The study is being launched"):
             launcher.launch(MORE, found.digest)
     assert launcher.file.read_text() == SMALL
 
@@ -151,7 +151,7 @@ def test_a_file_that_cannot_be_is_said_at_once(folder: Path) -> None:
 
 
 def test_a_stored_spec_with_code_is_not_read_without_its_file(tmp_path: Path) -> None:
-    with pytest.raises(ChoiceError, match="its spec names code of its own"):
+    with pytest.raises(ChoiceError, match="the stored spec names custom code"):
         stored_spec(launched(OWN_SMALL, tmp_path))
 
 

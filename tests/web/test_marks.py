@@ -176,7 +176,8 @@ def test_intervals_are_drawn_anew_when_something_was_stored(
         expect(page.locator("[aria-label=trials] h2")).to_be_visible()
         assert page.evaluate(f"window.first === {BOARD}")
         relaunch(SMALL.replace("replicates: 3", "replicates: 12"), tmp_path)
-        expect(page.locator(".figure .said").first).to_contain_text("12 trials a point")
+        said = page.locator(".figure .said").first
+        expect(said).to_contain_text("12 trials per point")
         after = page.evaluate(half)
         page.goto("about:blank")  # it asks no server that is gone
     assert len(before) == len(after) == 2

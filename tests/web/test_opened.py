@@ -172,16 +172,16 @@ def test_changes_stay_at_another_point_and_replicate() -> None:
     live.handle(messages.Set("cohesion_weight", 1.0))
     assert live.state.as_text() == SEPARATION.read_text()
     for message, words in (
-        (messages.ShowTrial(5, 0), "point: there is no 5; 0 to 4"),
-        (messages.ShowTrial(0, 400), "replicate: there is no 400; 0 to 399"),
-        (messages.ShowValue("n", 3), 'unknown setting that varies "n"'),
+        (messages.ShowTrial(5, 0), "point: 5 is not in 0 to 4"),
+        (messages.ShowTrial(0, 400), "replicate: 400 is not in 0 to 399"),
+        (messages.ShowValue("n", 3), 'unknown varying parameter "n"'),
         (messages.ShowValue("separation_weight", 3), "no point has 3"),
     ):
         with pytest.raises(SpecError, match=words):
             live.handle(message)
     live.handle(messages.ChooseModel("patel2023", "as_run"))
     assert live.status()["trial"] is None
-    with pytest.raises(SpecError, match="no spec was opened"):
+    with pytest.raises(SpecError, match="no spec is open"):
         live.handle(messages.ShowTrial(0, 0))
 
 

@@ -295,10 +295,10 @@ def test_the_page_says_which_torus_wraps_positions_only() -> None:
         (model, preset)
         for model, said in texts.items()
         for preset, text in said.items()
-        if "its torus wraps positions only: boids do not see each other" in text
+        if "the torus wraps positions only: boids do not perceive" in text
     ]
     assert half == [("nguyen2024", "as_run")]
-    assert texts["nguyen2024"]["as_run"].startswith("what the authors' program does")
+    assert texts["nguyen2024"]["as_run"].startswith("as the authors' program does")
 
 
 def test_maps_and_metrics_that_do_not_go_with_a_model_are_not_offered() -> None:

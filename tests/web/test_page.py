@@ -212,13 +212,13 @@ def test_a_run_that_has_ended_goes_on_for_twice_as_long(opened: Open) -> None:
     page.send(type="set", name="steps", value=20)
     page.send(type="speed", steps_per_second=0)
     page.page.get_by_role("button", name="Run (Space)").click()
-    page.page.get_by_role("button", name="Go on").wait_for()
+    page.page.get_by_role("button", name="Continue").wait_for()
     assert live(page).step == 20
     page.send(type="run")
     page.page.get_by_text("the run has ended after 20 steps").wait_for()
     page.until("!boidsweep.view.asked")
     assert page.page.locator("[aria-invalid]").count() == 0
-    page.page.get_by_role("button", name="Go on").click()
+    page.page.get_by_role("button", name="Continue").click()
     page.until("boidsweep.view.stage.frame.step === 40")
     assert live(page).state.settings["steps"] == 40
 
@@ -351,7 +351,7 @@ def test_obstacles_drawn_by_mouse_are_avoided_and_the_copied_spec_gives_the_same
     page.page.keyboard.press("Space")
     page.until("boidsweep.view.stage.frame.step === 300")
     page.page.get_by_role("button", name="Copy as spec").click()
-    page.page.get_by_text("Launched, it gives the very frames").wait_for()
+    page.page.get_by_text("A launch reproduces these frames").wait_for()
     text = page.page.get_by_label("spec.yaml").input_value()
     assert page.ask("navigator.clipboard.readText()") == text
     assert "disc: {x: 400" in text.replace(".0", "")
@@ -584,7 +584,7 @@ def test_a_boid_that_is_clicked_shows_whom_it_sees(opened: Open) -> None:
     page.page.get_by_label("index of the boid").fill("40")
     page.page.get_by_label("index of the boid").press("Enter")
     page.until("boidsweep.view.stage.selection?.boid === 40")
-    page.page.get_by_label("Look at no boid").click()
+    page.page.get_by_label("Select no boid").click()
     page.until("boidsweep.view.stage.selection === null")
     assert live(page).selected is None
 
@@ -747,7 +747,8 @@ def test_published_values_stand_beside_the_plots_of_the_very_settings(
         page.send(type="set", name=name, value=value)
         page.until(f"{speed}.published.length === 0")
         assert page.ask(f"{speed}.line.textContent") == (
-            "0.765 at step 0 is published for other settings: " + name.replace("_", " ")
+            "0.765 at step 0 is published for other parameters: "
+            + name.replace("_", " ")
         )
         page.send(type="set", name=name, value=usual)
     page.until(f"{speed}.published.length > 0")
@@ -757,7 +758,7 @@ def test_published_values_stand_beside_the_plots_of_the_very_settings(
     page.send(type="set", name="max_force", value=0.5)
     page.until("!boidsweep.view.asked && !boidsweep.view.state.exact")
     assert page.ask(f"{speed}.published") == []
-    assert "a run without changes on the way" in page.ask(f"{speed}.line.textContent")
+    assert "a run without changes of" in page.ask(f"{speed}.line.textContent")
 
 
 def test_a_setting_marked_to_be_swept_is_an_axis_of_the_copied_spec(
@@ -773,7 +774,7 @@ def test_a_setting_marked_to_be_swept_is_an_axis_of_the_copied_spec(
     page.until("boidsweep.view.state.sweeps.fov?.points === 4")
     sweeps = page.ask("boidsweep.view.state.sweeps")
     page.page.get_by_role("button", name="Copy as spec").click()
-    page.page.get_by_text("Without its sweep").wait_for()
+    page.page.get_by_text("Without the sweep").wait_for()
     spec = parse_spec(page.page.get_by_label("spec.yaml").input_value())
     points = expand(spec)
     found = [points.settings(i)["fov"] for i in range(points.n_points)]
@@ -805,7 +806,7 @@ def test_what_is_wrong_is_said_in_words_and_is_never_read_as_html(opened: Open) 
     other.fill("much")
     other.press("Enter")
     page.page.get_by_text(
-        "'much' is not allowed for alignment_weight: it is a number"
+        "'much' is not allowed for alignment_weight; allowed: a number"
     ).wait_for()
     page.until("!boidsweep.view.asked")
     assert page.ask("document.querySelectorAll('[aria-invalid]').length") == 2
@@ -908,7 +909,7 @@ def test_a_page_in_a_second_window_takes_the_session_over(opened: Open) -> None:
     other = page.page.context.new_page()
     other.add_init_script(f"sessionStorage.setItem('boidsweep-page', '{name}')")
     other.goto(page.server.url)
-    page.page.get_by_text("This run went on in another window").wait_for()
+    page.page.get_by_text("This run continues in another window").wait_for()
 
 
 def test_an_export_is_a_file_to_keep(opened: Open, tmp_path: Path) -> None:

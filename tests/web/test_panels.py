@@ -32,7 +32,7 @@ def test_panels_hide_and_give_their_room_to_the_picture(opened: Open) -> None:
 def test_a_narrow_page_has_one_panel_at_a_time(opened: Open) -> None:
     page = opened()
     page.page.set_viewport_size({"width": 390, "height": 844})
-    settings = page.page.get_by_role("complementary", name="settings")
+    settings = page.page.get_by_role("complementary", name="parameters")
     watch = page.page.get_by_role("complementary", name="overlays and metrics")
     assert settings.is_visible()
     assert not watch.is_visible()
@@ -43,7 +43,7 @@ def test_a_narrow_page_has_one_panel_at_a_time(opened: Open) -> None:
     box = page.page.locator(".picture").bounding_box()
     assert box
     assert box["y"] == 0
-    page.page.get_by_role("button", name="Settings").click()
+    page.page.get_by_role("button", name="Parameters").click()
     page.page.set_viewport_size({"width": 1280, "height": 720})
     assert watch.is_visible()
     assert settings.is_visible()

@@ -96,7 +96,7 @@ WRONG = [
     ('{"type": "set", "name": "n"}', 'set: missing key "value"'),
     (
         '{"type": "set", "name": 7, "value": 7}',
-        "set: name must be a text of at most 200 characters",
+        "set: name must be a string of at most 200 characters",
     ),
     (
         '{"type": "set", "name": "n", "value": [1]}',
@@ -112,11 +112,11 @@ WRONG = [
     ),
     (
         json.dumps({"type": "hello", "page": "a" * 201}),
-        "hello: page must be a text of at most 200 characters",
+        "hello: page must be a string of at most 200 characters",
     ),
-    ('{"type": "step", "count": -1}', "step: count must be a whole number from 0"),
-    ('{"type": "step", "count": 1.5}', "step: count must be a whole number from 0"),
-    ('{"type": "step", "count": true}', "step: count must be a whole number from 0"),
+    ('{"type": "step", "count": -1}', "step: count must be an integer from 0"),
+    ('{"type": "step", "count": 1.5}', "step: count must be an integer from 0"),
+    ('{"type": "step", "count": true}', "step: count must be an integer from 0"),
     ('{"type": "goal", "x": "1", "y": 1}', "goal: x must be a finite number"),
     ('{"type": "shapes", "shapes": {}}', "shapes: shapes must be a list of shapes"),
     (
@@ -125,7 +125,7 @@ WRONG = [
     ),
     (
         '{"type": "overlays", "names": [1]}',
-        "overlays: names must be a text of at most 200 characters",
+        "overlays: names must be a string of at most 200 characters",
     ),
     ('{"type": "sweep", "name": "n", "off": 1}', "sweep: off must be true or false"),
 ]

@@ -105,7 +105,7 @@ def test_a_recording_says_what_it_is_of(file: File, flight: KeptFlight) -> None:
     assert content["state"]["replay"]["recorded"] is True
     assert (
         content["state"]["replay"]["words"]
-        == "The spec gives these very frames, bit for bit."
+        == "The spec gives these frames, bit for bit."
     )
     assert (content["state"]["step"], content["state"]["running"]) == (0, False)
     text = file.content.decode()
@@ -196,7 +196,7 @@ def test_a_long_run_is_thinned_and_an_overfull_one_refused(
     assert content["state"]["replay"]["frames"] == [0, 60, 3]
     monkeypatch.setattr(recording, "MOST_BYTES", 9 * bytes_a_frame)
     with pytest.raises(
-        ChoiceError, match=r"40 boids take 314 bytes a frame; .* which are 9 frames"
+        ChoiceError, match=r"40 boids take 314 bytes per frame; .* which are 9 frames"
     ):
         recording.recording_of(flight, greeting, "")
 
@@ -289,9 +289,9 @@ def test_nothing_in_a_recorded_page_is_dead(played: Page) -> None:
 
 def test_a_boid_that_is_clicked_shows_whom_it_sees(played: Page) -> None:
     clock(played, r"step 0 of 60")
-    facts = played.get_by_label("the boid that is looked at").locator("p")
-    assert facts.inner_text() == "Click a boid to see whom it sees."
-    played.get_by_label("index of the boid that is looked at").fill("7")
+    facts = played.get_by_label("selected boid", exact=True).locator("p")
+    assert facts.inner_text() == "Click a boid to see its neighbours."
+    played.get_by_label("index of the selected boid").fill("7")
     played.keyboard.press("Enter")
     words = re.compile(r"^at [-\d.]+, [-\d.]+ .*; \d+ neighbours? within ")
     assert words.match(facts.inner_text())
@@ -302,7 +302,7 @@ def test_a_boid_that_is_clicked_shows_whom_it_sees(played: Page) -> None:
     assert facts.inner_text() != at_first
     played.keyboard.press("Escape")
     played.locator("canvas[role=application]").press("Escape")
-    assert facts.inner_text() == "Click a boid to see whom it sees."
+    assert facts.inner_text() == "Click a boid to see its neighbours."
 
 
 def test_flocks_and_visits_of_a_recording_are_drawn(played: Page) -> None:
@@ -310,7 +310,7 @@ def test_flocks_and_visits_of_a_recording_are_drawn(played: Page) -> None:
     played.get_by_role("slider", name="step", exact=True).fill("44")
     played.get_by_label("flocks", exact=True).check()
     played.get_by_label("coverage", exact=True).check()
-    played.get_by_text(re.compile(r"of two or more; grey boids are alone")).wait_for()
+    played.get_by_text(re.compile(r"or more boids; grey boids are alone")).wait_for()
     played.get_by_text(re.compile(r"^0 to 100 % of a cell was visited")).wait_for()
 
 
@@ -320,7 +320,7 @@ def test_a_recorded_page_says_how_to_cite_it_and_its_settings(played: Page) -> N
     for words in ("How to cite", "Licence", "Q. C. Nguyen (2024)", NO_LICENCE):
         assert words in text
     assert played.locator("h1").inner_text() == "nguyen2024, as_run, seed 3"
-    played.get_by_text("settings", exact=True).click()
+    played.get_by_text("parameters", exact=True).click()
     changed = played.locator(".values .changed").all_inner_texts()
     assert [one.split() for one in changed] == [["n", "40"], ["steps", "60"]]
 

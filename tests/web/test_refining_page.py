@@ -127,9 +127,7 @@ def test_a_region_is_dragged_read_and_launched(
     )
     assert launcher.started
     assert launcher.started.process.wait(PATIENCE) == 0
-    expect(page.locator(".refine .launches .said")).to_contain_text(
-        "has come to its end"
-    )
+    expect(page.locator(".refine .launches .said")).to_contain_text("has finished")
     many = int(re.findall(r"(\d+) to run", said)[0])
     expect(page.locator(".counts")).to_contain_text(f"{54 + many} done")
     assert (folder / "spec.yaml").read_text() != plotted.GRID
@@ -147,7 +145,7 @@ def test_the_address_has_the_region_and_a_study_that_is_not_opened_only_says_how
     expect(proposal(page)).to_be_visible()
     expect(page.locator(".refine .difference")).to_contain_text("9 added, 6 kept")
     expect(page.locator(".refine .launches button.primary")).to_be_disabled()
-    expect(proposal(page)).to_contain_text("which is another study")
+    expect(proposal(page)).to_contain_text("a spec of another study")
     expect(proposal(page).locator("code")).to_contain_text("sweep launch spec.yaml")
     page.locator("#replicates").fill("5")
     page.locator("#replicates").press("Enter")
@@ -211,9 +209,9 @@ def test_the_simulator_launches_what_it_shows(opened: Open, folder: Path) -> Non
         expect(page.locator("dialog .said")).to_contain_text("is running")
         assert launcher.started
         assert launcher.started.process.wait(PATIENCE) == 0
-        expect(page.locator("dialog .said")).to_contain_text("has come to its end")
+        expect(page.locator("dialog .said")).to_contain_text("has finished")
         with page.context.expect_page() as following:
-            page.get_by_role("link", name="Follow it in the explorer").click()
+            page.get_by_role("link", name="Follow the launch in the explorer").click()
         expect(following.value.locator(".counts")).to_contain_text("1 done")
     assert launcher.leave() == ""
     assert (folder / "new.yaml").read_text().startswith("study: view/nguyen2024-")

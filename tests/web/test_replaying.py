@@ -176,7 +176,7 @@ def test_nothing_changes_a_stored_trial(
     show: Replay, message: messages.Message
 ) -> None:
     before = show.status()
-    with pytest.raises(SpecError, match="a stored trial, which nothing changes"):
+    with pytest.raises(SpecError, match="a stored trial cannot be changed"):
         show.handle(message)
     assert show.status() == before
 
@@ -218,9 +218,9 @@ def test_the_copied_spec_launches_the_very_trial(
     show = Replay(study, trial_of(study, index))
     text = show.handle(messages.Spec())[0]["yaml"]
     which = (
-        f"the last of {number} trials that this launches"
+        f"the last of the {number} trials of this spec"
         if number > 1
-        else "the trial that this launches"
+        else "the trial of this spec"
     )
     assert text.startswith(f"# {which} is {show.job.trial_id} of {study.name}\n")
     again = launched(text, tmp_path)
@@ -265,8 +265,8 @@ def test_a_trial_that_met_its_time_limit_is_shown_without_it(
     )
     show = Replay(flown, trial_of(flown, 2))
     words = (
-        "Stored as timeout, after step 4: nothing to compare. This is what it gives"
-        " here and now."
+        "Stored as timeout, after step 4: there is nothing to compare. The page shows"
+        " the repeated trial."
     )
     assert show.status()["replay"]["words"] == words
     assert "speed" not in show.status()["replay"]["metrics"]
@@ -293,7 +293,7 @@ def test_what_cannot_be_shown_is_said(tmp_path: Path, flown: StoredStudy) -> Non
     with pytest.raises(ChoiceError, match="unknown trial"):
         Replay(flown, "0123")
     study = launched(IMPOSSIBLE, tmp_path)
-    with pytest.raises(StoreError, match="cannot be shown, as it fails: "):
+    with pytest.raises(StoreError, match="cannot be shown, because the trial fails: "):
         Replay(study, trial_of(study, 0))
 
 
@@ -359,9 +359,9 @@ def test_one_goes_from_one_stored_trial_to_another(flown: StoredStudy) -> None:
     state = show.status()
     assert (state["trial"]["point"], state["trial"]["replicate"]) == (0, 2)
     for wrong, words in (
-        (messages.ShowTrial(0, 3), "no trial is stored of point 0, replicate 3"),
+        (messages.ShowTrial(0, 3), "no trial is stored for point 0, replicate 3"),
         (messages.ShowValue("separation_weight", 0.7), "no point has 0.7"),
-        (messages.ShowValue("cohesion_weight", 1.0), "unknown setting that varies"),
+        (messages.ShowValue("cohesion_weight", 1.0), "unknown varying parameter"),
     ):
         with pytest.raises(SpecError, match=words):
             show.handle(wrong)
@@ -379,6 +379,6 @@ def test_where_the_next_trial_fails_the_one_that_is_shown_stays(
         raise ZeroDivisionError
 
     monkeypatch.setattr("sweep.web.replaying.simulate", failing)
-    with pytest.raises(StoreError, match="cannot be shown, as it fails: ZeroDivision"):
+    with pytest.raises(StoreError, match="because the trial fails: ZeroDivision"):
         show.handle(messages.ShowTrial(1, 0))
     assert (show.status(), show.picture()) == (state, picture)

@@ -101,7 +101,7 @@ def test_failed_boids_have_a_cross_and_a_legend(opened: Open, n: int) -> None:
     chosen = marked[0][0]
     page.send(type="select", boid=chosen)
     page.until(f"boidsweep.view.stage.selection?.boid === {chosen}")
-    card = page.page.get_by_label("the boid that is looked at").first
+    card = page.page.get_by_label("selected boid", exact=True).first
     expect(card).to_contain_text("; failed: stop")
     page.send(type="set", name="failing_share", value=0)
     page.until(f"{LEGEND}.hidden")
@@ -152,7 +152,7 @@ def test_a_recording_marks_the_failed_and_says_what_it_does_not_know(
     legend = page.locator(".legend .swatch").first
     expect(legend).to_have_text("✕ 0 of 5 failed: stop")
     expect(
-        page.get_by_text("What boids measured and heard of is not recorded")
+        page.get_by_text("Measured and received states are not recorded")
     ).to_be_visible()
     page.keyboard.press(".")
     for _ in range(3):

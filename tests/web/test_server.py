@@ -409,14 +409,14 @@ def test_a_session_that_another_page_takes_is_closed_for_the_first(
         (b"\x00\x01", "a message must be JSON"),
         ('{"type": "rnu"}', 'unknown message "rnu"; did you mean "run"'),
         ('{"type": "undo"}', "there is nothing to undo"),
-        ('{"type": "run", "side": 1}', "there is no second run beside this one"),
+        ('{"type": "run", "side": 1}', "there is no second run next to this run"),
         (
             '{"type": "set", "name": "darg", "value": 1}',
-            'unknown setting "darg"; did you mean "drag"',
+            'unknown parameter "darg"; did you mean "drag"',
         ),
         (
             '{"type": "set", "name": "drag", "value": 2}',
-            "2 is not allowed for drag: it is a number from 0 to 1",
+            "2 is not allowed for drag; allowed: a number from 0 to 1",
         ),
         (
             '{"type": "set", "name": "start_margin", "value": 900}',
@@ -488,8 +488,8 @@ def test_a_bug_is_told_without_its_traceback_and_logged(
         page.say("run")
         assert (
             page.wait("error")["message"]
-            == "the simulator failed: ZeroDivisionError; it goes on, and its terminal"
-            " says more"
+            == "the simulator failed: ZeroDivisionError; the simulator continues, and"
+            " its terminal shows the details"
         )
         monkeypatch.undo()
         page.go(1)
@@ -779,7 +779,7 @@ def test_it_listens_on_this_machine_only(server: PageServer) -> None:
     assert server.socket.getsockname()[0] == "127.0.0.1"
     assert server.socket.proto == socket.IPPROTO_TCP
     with pytest.raises(
-        SpecError, match=r"port \d+ cannot be used .*; --port 0 takes a free one"
+        SpecError, match=r"port \d+ cannot be used .*; --port 0 takes a free port"
     ):
         PageServer(watched, server.socket.getsockname()[1])
 
@@ -797,9 +797,8 @@ def test_sessions_are_few_and_the_one_left_first_makes_room(
         fourth.wait("frame")
         assert set(server.rooms.players) == {"third", "fourth"}
         with Page(server, "fifth") as fifth:
-            assert (
-                fifth.wait("error")["message"] == "2 pages are open already; close one"
-            )
+            message = fifth.wait("error")["message"]
+            assert message == "2 pages are open already; close a page"
             with pytest.raises(ConnectionClosed) as closed:
                 fifth.wait("nothing")
             assert closed.value.rcvd is not None

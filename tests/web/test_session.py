@@ -87,7 +87,9 @@ def test_visits_are_not_drawn_while_obstacles_move() -> None:
     session = short_run()
     session.draw(("coverage",))
     session.change({"map": "random_obstacles", "n_obstacles": 3, "obstacle_speed": 1.0})
-    with pytest.raises(SpecError, match="not counted while obstacles move"):
+    with pytest.raises(
+        SpecError, match="visits are not counted in a world with moving obstacles"
+    ):
         session.draw(("coverage",))
 
 
@@ -160,8 +162,8 @@ def test_a_setting_changed_on_the_way_acts_from_there_on_and_is_said(
     assert (session.step, session.exact) == (20, False)
     assert (
         session.note
-        == f"{next(iter(change))} changed, last at step 20; reset shows what the spec"
-        " gives"
+        == f"{next(iter(change))} changed, last at step 20; reset shows the run of the"
+        " spec"
     )
     np.testing.assert_array_equal(session.bodies, plain[20])
     assert not np.array_equal(to_end(session)[-1], plain[-1])
@@ -236,7 +238,7 @@ def test_a_run_that_goes_on_is_the_longer_run_of_its_spec(
     session = short_run(model, steps=12)
     first = to_end(session)
     with pytest.raises(
-        SpecError, match="has ended after 12 steps; continue makes it longer"
+        SpecError, match="has ended after 12 steps; continue extends the run"
     ):
         session.run()
     session.extend()
@@ -255,7 +257,7 @@ def test_a_run_whose_noise_depends_on_its_length_says_so_when_it_goes_on() -> No
     session.extend()
     assert (session.exact, session.note) == (
         False,
-        "steps changed, last at step 6; reset shows what the spec gives",
+        "steps changed, last at step 6; reset shows the run of the spec",
     )
 
 

@@ -187,7 +187,7 @@ def test_an_edited_map_can_get_another_size() -> None:
     )
     assert copied(state) == state.job
     with pytest.raises(
-        SpecError, match="the disc lies outside the world, which is 50 x 740"
+        SpecError, match="the disc is outside the world, which is 50 x 740"
     ):
         state.with_settings({"width": 50})
 
@@ -221,15 +221,15 @@ def test_a_spec_that_sweeps_has_the_range_in_place_of_the_value() -> None:
         (
             "cohesion_wieght",
             Range(0, 1, 3),
-            'unknown setting "cohesion_wieght"; did you mean "cohesion_weight"',
+            'unknown parameter "cohesion_wieght"; did you mean "cohesion_weight"',
         ),
-        ("update", Range(0, 1, 3), "update: only numbers are swept over a range"),
+        ("update", Range(0, 1, 3), "update: a range needs a parameter with numbers"),
         (
             "cohesion_weight",
             Range(0, 1, 1),
-            "1 points are not allowed; a sweep has 2 to 1,000",
+            "1 points are not allowed; use 2 to 1,000",
         ),
-        ("cohesion_weight", Range(-1, 1, 3), "cohesion_weight: it is a number from 0"),
+        ("cohesion_weight", Range(-1, 1, 3), "cohesion_weight; allowed: a number from"),
     ],
 )
 def test_a_range_that_cannot_be_swept_is_refused(
@@ -244,16 +244,16 @@ def test_a_range_that_cannot_be_swept_is_refused(
     [
         (
             {"cohesion_wieght": 1},
-            'unknown setting "cohesion_wieght"; did you mean "cohesion_weight"',
+            'unknown parameter "cohesion_wieght"; did you mean "cohesion_weight"',
         ),
         (
             {"cohesion_weight": -1},
-            "-1 is not allowed for cohesion_weight: it is a number from 0",
+            "-1 is not allowed for cohesion_weight; allowed: a number from 0",
         ),
-        ({"n": 200_000}, "200,000 boids are more than can be shown; at most 100,000"),
+        ({"n": 200_000}, "200,000 boids are too many for the simulator; use at most"),
         ({"n": 2.5}, "2.5 is not allowed for n"),
         ({"seed": -1}, "seed"),
-        ({"seed": "x"}, "'x' is not allowed; it is a whole number from 0"),
+        ({"seed": "x"}, "'x' is not allowed; use an integer from 0"),
         ({"map": "cafetria"}, 'unknown map "cafetria"; did you mean "cafeteria"'),
         ({"map": "arena"}, "map arena is measured in m"),
         ({"map": "cafeteria", "width": 900}, "map cafeteria is 800 x 600"),
@@ -335,7 +335,7 @@ def test_a_copied_spec_fits_into_a_file(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr("sweep.web.state.MOST_BYTES", 2000)
     assert len(state.place([DISC] * 10).as_text()) < 2000
     with pytest.raises(
-        SpecError, match=r"larger than 2,000 bytes: the map has too many shapes"
+        SpecError, match=r"larger than 2,000 bytes, because the map has too many shapes"
     ):
         state.place([DISC] * 40).as_text()
 

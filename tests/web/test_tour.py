@@ -58,7 +58,7 @@ def read_and_play(page: Page) -> None:
     expect(exact).to_have_text(re.compile("bit for bit"))
     trials.get_by_role("button", name=re.compile("^Play .* beside")).first.click()
     expect(exact).to_have_count(2)
-    expect(page.get_by_role("heading", name="Two trials on one clock")).to_be_visible()
+    expect(page.get_by_role("heading", name="Two trials side by side")).to_be_visible()
 
 
 def refine(page: Page) -> int:
@@ -76,7 +76,7 @@ def refine(page: Page) -> int:
     (many,) = re.findall(r"\d+", launch.inner_text())
     launch.click()
     said = page.locator(".refine .launches .said")
-    expect(said).to_contain_text("has come to its end")
+    expect(said).to_contain_text("has finished")
     return int(many)
 
 

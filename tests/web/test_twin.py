@@ -197,5 +197,5 @@ def test_stored_trials_are_played_on_one_clock(tmp_path: Path) -> None:
     while twin.going:
         twin.advance(6)
     assert steps_of(twin) == (20, 20)
-    with pytest.raises(SpecError, match="nothing changes"):
+    with pytest.raises(SpecError, match="cannot be changed"):
         twin.handle(messages.Set("n", 3, side=1))

@@ -51,7 +51,7 @@ def test_two_presets_run_side_by_side_on_one_clock(opened: Open) -> None:
     page = opened(locale="en")  # of its own, as it shows two runs
     tab = page.page
     tab.locator("summary", has_text="as_written").click()
-    tab.get_by_role("button", name="Show as_written beside this").click()
+    tab.get_by_role("button", name="Show as_written next to this run").click()
     page.until("boidsweep.second?.stage.frame")
     page.ask(WATCH)
     heads = tab.locator(".head-of-side")
@@ -105,7 +105,7 @@ def test_two_presets_run_side_by_side_on_one_clock(opened: Open) -> None:
 
 def test_a_page_that_comes_back_shows_both_runs_again(opened: Open) -> None:
     page = opened(locale="en")
-    page.page.get_by_role("button", name="Show this twice").click()
+    page.page.get_by_role("button", name="Show this run twice").click()
     page.until("boidsweep.second?.stage.frame")
     page.send(type="step", count=9)
     page.until("boidsweep.second.stage.frame.step === 9")
@@ -124,7 +124,7 @@ def test_both_runs_are_restored_by_a_server_that_is_started_anew(opened: Open) -
         server = PageServer(in_the_cafeteria, port)
         page = opened(first.enter_context(in_a_thread(server)))
         page.page.locator("summary", has_text="as_written").click()
-        page.page.get_by_role("button", name="Show as_written beside this").click()
+        page.page.get_by_role("button", name="Show as_written next to").click()
         page.until("boidsweep.second?.state")
         page.send(type="set", name="n", value=17, side=1)
         kept = "boidsweep.view.memory.read()"
@@ -157,7 +157,7 @@ def test_the_progress_of_a_file_is_shown_beside_the_run_that_it_is_of(
 ) -> None:
     with running_server(lambda: Slow(in_the_cafeteria().state)) as server:
         page = opened(server)
-        page.page.get_by_role("button", name="Show this twice").click()
+        page.page.get_by_role("button", name="Show this run twice").click()
         page.until("boidsweep.second?.stage.frame")
         one, other = (
             page.page.locator(".side").nth(side).locator(".making") for side in (0, 1)
@@ -166,7 +166,7 @@ def test_the_progress_of_a_file_is_shown_beside_the_run_that_it_is_of(
         other.get_by_text("GIF: drawn, 42 %").wait_for()
         assert not one.is_visible()
         page.ask("boidsweep.view.files.ask('gif')")  # two at a time are refused
-        page.page.get_by_text("a file is being made already").wait_for()
+        page.page.get_by_text("another file is being made").wait_for()
         one.wait_for(state="hidden")
         assert other.is_visible()
         other.get_by_role("button", name="Stop").click()
@@ -200,7 +200,7 @@ def test_the_past_of_a_live_run_is_scrubbed_and_changed(opened: Open) -> None:
     scrub = page.page.get_by_label("step", exact=True)
     scrub.fill("10")
     page.until("boidsweep.view.stage.frame.step === 10")
-    said = "40 steps were run. Run goes on from here as it did, with its changes"
+    said = "40 steps were run. Run repeats the later steps with their changes"
     page.page.get_by_text(said).wait_for()
     assert (
         page.ask("boidsweep.view.charts.plots.values().next().value.span().last") == 40

@@ -108,7 +108,7 @@ def test_settings_are_given_on_the_command_line(
         assert show.state.settings["borders"] == "open"
         assert "n: 7" in show.state.as_text()
     for wrong, words in (
-        ("nn=7", 'unknown setting "nn"'),
+        ("nn=7", 'unknown parameter "nn"'),
         ("n=many", "n"),
         ("n=[", "--set"),
     ):
@@ -132,7 +132,7 @@ def test_the_command_shows_an_own_model_and_an_old_trial_by_the_code_of_then(
     for arguments in (("drawn",), ("drawn", study.plan["trial_id"][0].as_py())):
         show = viewed(*arguments, "--no-open")
         assert show.state.job.known is now
-        assert "rules.py: another file now; this is by that of then" in told[-1]
+        assert "rules.py: another file now; the original code runs" in told[-1]
     assert viewed(str(spec), "--no-open").state.job.known is not now
 
 

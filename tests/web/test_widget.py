@@ -164,7 +164,7 @@ def test_a_stored_trial_is_scrubbed_in_a_notebook(
     page.say(type="ready")
     page.until(lambda: int.from_bytes(page.frames[-1][8:12], "little") == 6)
     assert page.view.spec.startswith(
-        f"# the last of 3 trials that this launches is {trial} of small\n"
+        f"# the last of the 3 trials of this spec is {trial} of small\n"
     )
 
 
@@ -208,7 +208,7 @@ def test_a_changed_run_is_saved_as_a_picture_only(
     page.say(type="set", name="separation_weight", value=2)
     page.until(lambda: not page.last("state")["exact"])
     with pytest.raises(
-        SpecError, match="the run that the spec gives, but separation_weight changed"
+        SpecError, match="the run of the spec, but separation_weight changed"
     ):
         view.save(tmp_path / "x.gif")
     view.save(tmp_path / "x.png")
@@ -309,11 +309,11 @@ def test_its_script_draws_in_a_cell_and_leaves_nothing_behind(
     page.wait_for_function("sent.some(({ type }) => type === 'ready')")
     assert page.evaluate(MIDDLE) == DARK_GROUND
     assert not page.get_by_text("Waiting for the kernel").is_visible()
-    page.get_by_role("button", name="Run").click()
+    page.get_by_role("button", name="Run (Space)").click()
     page.wait_for_function("sent.some(({ type }) => type === 'run')")
     assert page.locator("canvas").first.bounding_box()["height"] > 200
     page.evaluate("happens('comm_live_update')")
-    page.get_by_text("This run is gone with its kernel.").wait_for()
+    page.get_by_text("The kernel of this run has stopped.").wait_for()
     page.get_by_label("the swarm in a world").press("Space")
     assert page.evaluate("sent.map(({ type }) => type)").count("run") == 1
     page.evaluate("cleanup()")

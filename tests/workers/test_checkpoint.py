@@ -227,7 +227,7 @@ def test_a_checkpoint_with_a_state_that_is_not_finite_is_not_used(
     with caplog.at_level(logging.WARNING, "sweep"):
         result = Checkpointed(run, tmp_path, 1e9)(a_job)
     [record] = caplog.records
-    assert "no trial is ever in this state; the trial begins anew" in record.message
+    assert "impossible for a trial; the trial restarts at step 0" in record.message
     assert numbers(result) == numbers(run(a_job))
 
 
@@ -431,11 +431,11 @@ WRONG: dict[str, tuple[Callable[[Path], object], str]] = {
         lambda path: path.write_bytes(
             path.read_bytes().replace(b"checkpoint 2", b"checkpoint 3", 1)
         ),
-        "is of a format that this version does not know; it knows 2",
+        "has an unknown format; this version reads format 2",
     ),
     "another trial's": (
         lambda path: change(path, trial_id="another"),
-        "is of another trial",
+        "belongs to another trial",
     ),
     "another numpy's": (
         lambda path: change(
@@ -454,33 +454,33 @@ WRONG: dict[str, tuple[Callable[[Path], object], str]] = {
         lambda path: change(path, arrays={"flock.x": ["<f8", 10**12]}),
         "has other arrays",
     ),
-    "no generator": (lambda path: change(path, generator={}), "begins anew"),
+    "no generator": (lambda path: change(path, generator={}), "restarts at step 0"),
     "another generator": (
         lambda path: change(path, generator={"bit_generator": "MT19937"}),
-        "begins anew",
+        "restarts at step 0",
     ),
-    "a list": (lambda path: change(path, code=[1]), "begins anew"),
+    "a list": (lambda path: change(path, code=[1]), "restarts at step 0"),
     "not finite": (
         lambda path: put(path, "flock.x", NAN),
-        "no trial is ever in this state",
+        "the state is impossible for a trial",
     ),
     "a step too far": (
         lambda path: put(path, "record.progress", 10**15),
-        "no trial is ever in this state",
+        "the state is impossible for a trial",
     ),
     "an index too large": (
         lambda path: put(path, "record.watch.order", 2**40),
-        "no trial is ever in this state",
+        "the state is impossible for a trial",
     ),
     "frames gone": (lambda path: frames_of(path).unlink(), "No such file"),
     "frames cut": (
         lambda path: os.truncate(frames_of(path), 10),
-        "has fewer frames than it says",
+        "has fewer frames than its header declares",
     ),
     "frames flipped": (lambda path: flip(frames_of(path)), "has damaged frames"),
     "frames below zero": (
         lambda path: change(path, frames=-1),
-        "has fewer frames than it says",
+        "has fewer frames than its header declares",
     ),
     "frames beyond": (
         lambda path: change(path, frames=10**30),
@@ -503,7 +503,7 @@ def test_a_checkpoint_that_is_not_good_is_said_and_not_used(
         result = Checkpointed(run, tmp_path, 1e9)(plain_job())
     [record] = caplog.records
     assert message in record.message
-    assert record.message.endswith("the trial begins anew")
+    assert record.message.endswith("the trial restarts at step 0")
     assert numbers(result) == numbers(run(plain_job()))
     assert list(tmp_path.iterdir()) == []
 
@@ -563,8 +563,8 @@ def test_a_trial_that_dies_on_going_on_begins_anew_at_the_third_attempt(
             run(plain_job())
         )
     assert (
-        "its worker died twice when it went on from its checkpoint;"
-        " the trial begins anew" in caplog.text
+        "its worker died twice when it resumed from its checkpoint;"
+        " the trial restarts at step 0" in caplog.text
     )
     assert list(tmp_path.iterdir()) == []
 
@@ -645,7 +645,7 @@ def test_where_no_checkpoint_can_be_written_that_is_said_once_and_trials_run(
         numbers(run(plain_job(seed=seed))) for seed in (1, 2)
     ]
     [record] = caplog.records
-    assert "no checkpoint can be written (" in record.message
+    assert "cannot write checkpoints (" in record.message
     assert not list(tmp_path.glob("elsewhere/*"))
     assert not (tmp_path / "no").exists()
     if hindrance is linked_frames:
@@ -778,7 +778,7 @@ def test_the_next_launch_goes_on_and_drops_what_nobody_asks_for(
     went_on = {
         message.split()[1].strip(":")
         for message in caplog.messages
-        if "goes on from step" in message
+        if "resumes at step" in message
     }
     assert went_on == going_on
     assert not folder.exists()

@@ -203,7 +203,7 @@ def test_what_is_no_checkpoint_is_left_alone(tmp_path: Path) -> None:
 def test_gc_says_what_goes_and_how_much_it_freed(tmp_path: Path) -> None:
     study = launched(SPEC, tmp_path / "results")
     left_behind(study.store.folder, *stored_trials(study.store.folder)[:2], UNKNOWN)
-    text = "3 checkpoints of trials that are stored, or that nobody will ask for"
+    text = "3 checkpoints of trials that are stored or no longer needed"
     dry = sweep(tmp_path, "gc", "small", "--dry-run")
     assert text in dry.stdout
     assert (study.store.folder / "checkpoints").exists()

@@ -154,7 +154,7 @@ def test_an_engine_that_lacks_members_is_refused(tmp_path: Path) -> None:
     launch = ("launch", "spec.yaml", "--executor", "thread")
     (refused,) = started_in_turn(tmp_path, packages, launch)
     assert refused.returncode == 2
-    assert refused.stderr == 'executor "thread": its engine lacks watch, flying\n'
+    assert refused.stderr == 'executor "thread": the engine lacks watch, flying\n'
     assert not (tmp_path / "results").exists()
 
 

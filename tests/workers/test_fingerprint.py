@@ -100,11 +100,9 @@ def test_workers_that_start_with_edited_code_are_refused_and_what_is_done_is_kep
         ("kernels/coverage.py", "number = 1"),
     )
     refusal, kept = launched(copy, *edits)
-    beginning = (
-        "the code or its libraries are not what they were when this launch began: "
-    )
+    beginning = "the code or its libraries have changed since this launch began: "
     assert refusal.startswith(f"{beginning}other code in kernels/coverage.py; ")
-    ending = "what is done is stored: launch again to go on with what is there now"
+    ending = "finished trials are stored: launch again to resume with the present code"
     assert refusal.endswith(f" {ending}")
     number, different = map(int, kept.split())
     assert 30 <= number == different < 60
@@ -117,7 +115,7 @@ def test_code_beside_the_kernels_counts_and_such_as_cannot_be_imported(
 ) -> None:
     refusal, kept = launched(copy, ("sweep/trial/result.py", line + "\n"))
     assert "other code in " in refusal
-    assert "sweep/trial/result.py; what is done is stored" in refusal
+    assert "sweep/trial/result.py; finished trials are stored" in refusal
     assert 10 <= int(kept.split()[0]) < 60
 
 

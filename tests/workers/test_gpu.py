@@ -188,11 +188,11 @@ def test_all_reasons_are_said_at_once_and_nothing_is_written(tmp_path: Path) -> 
     with pytest.raises(ChoiceError) as raised:
         launched(refused, tmp_path, engine)
     first, *reasons = str(raised.value).splitlines()
-    assert first == "study small: trials cannot fly on a GPU:"
+    assert first == "study small: trials cannot run on a GPU:"
     point = list(Jobs(read(refused), expand(read(refused))))[3].point
     assert reasons == [
         "  memory_limit: the memory of one trial of a batch is not known",
-        f"  it is too heavy (3 of 6 trials, as those of point {point})",
+        f"  it is too heavy (3 of 6 trials, for example at point {point})",
     ]
     assert not list((tmp_path / "small").glob("*.parquet"))
     other = refused.replace("study: small", "study: other")

@@ -180,7 +180,7 @@ def test_a_last_state_that_is_too_large_is_not_kept(
     with caplog.at_level(logging.WARNING, "sweep"):
         result = PLAIN(plain_job())
     assert (result.status, result.last_state) == ("done", b"")
-    assert "has more than 1,000 bytes, and is not kept" in caplog.text
+    assert "has more than 1,000 bytes, and is not stored" in caplog.text
 
 
 def flipped(content: bytes) -> bytes:
@@ -197,15 +197,15 @@ def as_a_checkpoint(content: bytes) -> bytes:
 
 BAD: dict[str, tuple[Callable[[bytes], bytes], str]] = {
     "empty": (lambda _: b"", "is not a checkpoint, or is damaged"),
-    "damaged": (flipped, "is damaged, or was written by somebody else"),
-    "cut": (lambda content: content[:-9], "is damaged, or was written by somebody"),
+    "damaged": (flipped, "is damaged, or was written by another user"),
+    "cut": (lambda content: content[:-9], "is damaged, or was written by another"),
     "of a stranger": (
         lambda content: checkpoint_file.sealed(
             checkpoint_file.unsealed(content, own_key()), bytes(32)
         ),
-        "is damaged, or was written by somebody else",
+        "is damaged, or was written by another user",
     ),
-    "a checkpoint": (as_a_checkpoint, "is of a trial that begins in another way"),
+    "a checkpoint": (as_a_checkpoint, "belongs to a trial that begins in another way"),
 }
 
 
@@ -224,7 +224,7 @@ def test_a_last_state_that_is_not_good_is_not_used_and_that_is_said_once(
             assert numbers(result) == numbers(run(plain_job()))
     (record,) = caplog.records
     assert why in record.message
-    assert "trials of which that is so begin at step 0" in record.message
+    assert "affected trials begin at step 0" in record.message
 
 
 def test_the_last_state_of_other_libraries_is_not_used(
@@ -271,4 +271,4 @@ def test_a_trial_that_begins_in_another_way_does_not_go_on(
         step, result = begun_at(a_job, monkeypatch)
     assert step == 0
     assert numbers(result) == numbers(run(replace(a_job, earlier=None)))
-    assert "is of a trial that begins in another way" in caplog.text
+    assert "belongs to a trial that begins in another way" in caplog.text

@@ -188,8 +188,8 @@ def test_a_worker_of_other_code_ends_the_loop_with_what_is_done(
         lambda _expected: "other code in sweep/trial/simulation.py",
     )
     message = (
-        "not what they were when this launch began: other code in"
-        " sweep/trial/simulation.py; what is done is stored"
+        "have changed since this launch began: other code in"
+        " sweep/trial/simulation.py; finished trials are stored"
     )
     with pytest.raises(WorkersError, match=message):
         kept.extend(chain.from_iterable(batches))

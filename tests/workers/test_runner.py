@@ -153,7 +153,7 @@ def test_where_no_worker_starts_both_that_and_edited_code_are_said(
         ("", "$"),
         (
             "sweep/design/cost.py",
-            "; the code or .*: other code in sweep/design/cost.py; what is done",
+            "; the code or .*: other code in sweep/design/cost.py; finished trials",
         ),
     ):
         monkeypatch.setattr(fingerprint, "edited", lambda edited=edited: edited)

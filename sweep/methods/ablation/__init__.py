@@ -1,8 +1,8 @@
 """Ablation: the effect of each component in which two presets differ.
 
 analysis  paired effects of the components
-figure    the same drawn
-method    its entry
+figure    the effects as a figure
+method    the entry of the method
 """
 
 import lazy_loader

@@ -15,7 +15,7 @@ from sweep.tables import StoredStudy
 PAIRED = ("seed", "replicate")
 NOTHING = "nothing"
 OTHERS = "all others"
-"""What a component is added to."""
+"""Possible bases to which a component is added."""
 
 
 def paired_effects(
@@ -29,10 +29,10 @@ def paired_effects(
 ) -> pd.DataFrame:
     """Return the mean change of each metric that each component makes.
 
-    A trial is paired with the trial of the same seed, replicate and value of `by` in
-    which no component is changed. With `leave_out` the trials with all components are
-    also paired with the trials that have all but one. Their change is the effect of
-    this component when it is added to all others.
+    A trial is paired with the trial of equal seed, replicate and value of `by` in which
+    no component is changed. With `leave_out` the trials with all components are also
+    paired with the trials that have all but one. This change is the effect of the
+    component when added to all others.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def paired_effects(
     DataFrame
         One row per value of `by`, component, `added_to` and metric. Columns: `by`, if
         any, detail, added_to ("nothing" or "all others"), metric, value, low, high, and
-        n, the number of pairs. A pair counts only if both trials are done and have a
+        n, the number of pairs. A pair counts only if the two trials are done and have a
         value. The 95 % confidence intervals are simultaneous (Bonferroni).
     """
     metrics = [column_over(name, over) for name in metrics]
@@ -92,7 +92,7 @@ def paired_effects(
 def _compared(
     values: pd.DataFrame,
 ) -> Iterator[tuple[str, str, pd.DataFrame, pd.DataFrame]]:
-    """Yield each component, what it is added to, and the trials with and without it."""
+    """Yield each component, its base, and the trials with and without the component."""
     parts = {
         str(label): part.set_index(list(PAIRED))
         for label, part in values.groupby("detail", sort=False)

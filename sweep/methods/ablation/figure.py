@@ -64,7 +64,7 @@ def effects_figure(
     by : str, optional
         Parameter whose values are kept apart.
     names : mapping, optional
-        Label of each value of `by`, in the order in which they are drawn.
+        Label of each value of `by`, in drawing order.
     factor : bool, default False
         Draw ratios instead of differences. For metrics above zero.
     over : {"last", "half"}, default "last"
@@ -103,8 +103,8 @@ def effects_figure(
         kind = "geometric mean" if factor else "mean"
         note(
             figure,
-            f"{study.name}: {span(table['n'])} pairs of trials with the same start a"
-            f" row,\n{kind} with simultaneous 95 % interval (Bonferroni,"
+            f"{study.name}: {span(table['n'])} pairs of trials with equal starts per"
+            f" row,\n{kind} with simultaneous 95 % confidence interval (Bonferroni,"
             f" {len(table)} comparisons)",
         )
     return figure
@@ -113,7 +113,7 @@ def effects_figure(
 def _series(
     table: pd.DataFrame, by: str | None, names: Mapping[Any, str]
 ) -> dict[str, pd.DataFrame]:
-    """Return the rows of each marker and colour, by their label."""
+    """Return the rows of each marker and colour, by label."""
     series = {}
     sides = list(dict.fromkeys(table["added_to"]))
     for value, words_of in names.items() if by else [(None, "")]:
@@ -153,7 +153,7 @@ def _panel(
 
 
 def _logarithmic(axes: Axes) -> None:
-    """Give a panel a logarithmic axis of factors, at least from 1/8 to 8.
+    """Set a logarithmic axis of factors, at least from 1/8 to 8.
 
     On a shorter axis small factors would look large.
     """
@@ -213,7 +213,7 @@ def _rows(
 def _row(
     study: StoredStudy, name: str, settings: Sequence[str], values: Mapping[Any, Any]
 ) -> str:
-    """Return the label of a component: its name, and its parameters with units."""
+    """Return the label of a component: the name, and the parameters with units."""
     texts = {setting: _measure(study, setting, values[setting]) for setting in settings}
     if not study.about.details:
         return f"{words(name)}: {texts[settings[0]]}"
@@ -222,7 +222,7 @@ def _row(
 
 
 def _measure(study: StoredStudy, setting: str, value: object) -> str:
-    """Return the value of a parameter in words, with its unit if it is finite."""
+    """Return the value of a parameter in words, with the unit of a finite value."""
     is_number = isinstance(value, int | float | np.number)
     unit = study.units.get(setting, "") if is_number and value != np.inf else ""
     return f"{words(value)} {unit}".rstrip().replace("^2", "²")
@@ -231,11 +231,13 @@ def _measure(study: StoredStudy, setting: str, value: object) -> str:
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
     """Return figures of up to MOST_PANELS metrics.
 
-    Raises ChoiceError if no axis of the study ablates, or if its points differ by
-    several parameters apart from their component.
+    Raises ChoiceError if no axis of the study ablates, or if the points differ by
+    several parameters in addition to the component.
     """
     if not study.about.ablated:
-        raise ChoiceError("no axis ablates a preset or details", study.name, "effects")
+        raise ChoiceError(
+            "no axis ablates a preset or components", study.name, "effects"
+        )
     (ablated,) = study.about.ablated
     metrics = choices.plain(study)
     by, names = _apart(study, ablated, choices.by)
@@ -262,10 +264,10 @@ def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
 def _apart(
     study: StoredStudy, ablated: str, by: str | None
 ) -> tuple[str | None, dict[object, str]]:
-    """Return the parameter by which points differ apart from their component.
+    """Return the parameter by which points differ in addition to the component.
 
-    The mapping has the label of each of its values. None and an empty mapping if the
-    points do not differ.
+    The mapping has the label of each value. None and an empty mapping if the points do
+    not differ.
     """
     detail = study.detail(ablated)
     tried = study.points[study.tried]
@@ -279,11 +281,11 @@ def _apart(
             values = dict.fromkeys(tried[name])
             return name, {value: f"{words(name)} {words(value)}" for value in values}
     raise ChoiceError(
-        "its points differ apart from their detail by several settings"
-        f" ({', '.join(varied)}): choose with where so that one is left",
+        "the points differ by several parameters in addition to the component"
+        f" ({', '.join(varied)}): choose with where until a single parameter is left",
         study.name,
         "effects",
     )
 
 
-KIND = FigureKind("what each detail does that an axis ablates", ("by",), plan)
+KIND = FigureKind("effect of each component that an axis ablates", ("by",), plan)

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 def figures() -> "dict[str, FigureKind]":
-    """Return the kinds of figures by their names."""
+    """Return the kinds of figures by name."""
     from sweep.methods.ablation.figure import KIND
 
     return {"effects": KIND}

@@ -1,11 +1,12 @@
 """Adaptive replicates: points get trials until intervals are narrow.
 
 section   the form of `replicates` in a spec
-rule      when a point has enough trials
-strategy  which trials follow a look
-analysis  which points are settled
+rule      condition under which a point has enough trials
+strategy  the trials that follow a look
+
+analysis  the settled points
 figure    half-widths of intervals against numbers of trials
-method    its entry
+method    the entry of the method
 """
 
 import lazy_loader

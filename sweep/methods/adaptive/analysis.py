@@ -1,4 +1,4 @@
-"""Settled points: points that have all trials that the rule of their study needs."""
+"""Settled points: points with all trials that the rule of the study requires."""
 
 from collections import Counter
 
@@ -18,7 +18,7 @@ MOST = "max"
 FEW = "too few values"
 NARROW = "half width"
 REASONS = (NOT_YET, MOST, FEW, NARROW)
-"""Why a point gets no more trials: the first that holds for one of its metrics."""
+"""Reasons for no further trials: the first reason that holds for one of the metrics."""
 
 
 def rule_of(study: StoredStudy) -> Until:
@@ -28,18 +28,18 @@ def rule_of(study: StoredStudy) -> Until:
     """
     if not has_rule(study):
         raise ChoiceError(
-            f'its number of trials is fixed; "replicates" has no "{KEY}"', study.name
+            f'the number of trials is fixed; "replicates" has no "{KEY}"', study.name
         )
     return from_json(study.about.sections[KEY])
 
 
 def stopping(study: StoredStudy) -> pd.DataFrame:
-    """Return when and why each point of a study got its last trial.
+    """Return the last look at each point of a study, and the reason for the end.
 
     Parameters
     ----------
     study : StoredStudy
-        A stored study whose `replicates` are a rule.
+        A stored study with a rule under `replicates`.
 
     Returns
     -------
@@ -48,12 +48,13 @@ def stopping(study: StoredStudy) -> pd.DataFrame:
 
         - point
         - metric
-        - n, the number of trials of the point, which is its last look
-        - values, how many of these trials have a value
+        - n, the number of trials of the point at the last look
+        - values, the number of these trials that have a value
         - undefined, the fraction of the done trials without a value
         - half_width of the repeated confidence interval, in the unit of the metric
-        - allowed, the largest half-width that the rule allows, in the same unit
-        - reached, whether the confidence interval is narrow enough and final
+        - allowed, the largest half-width that the rule allows, in the unit of the
+          metric
+        - reached, True if the confidence interval is narrow enough and final
         - why no trials follow, one of `REASONS`
 
     Raises
@@ -100,14 +101,14 @@ def stopping(study: StoredStudy) -> pd.DataFrame:
 
 
 def _reasons(metric: SeenMetric, is_open: NDArray[np.bool_]) -> NDArray[np.str_]:
-    """Return why each point gets no more trials, by one metric."""
+    """Return the reason for no further trials of each point, by one metric."""
     return np.select(
         [is_open, metric.narrow, ~metric.known], [NOT_YET, NARROW, FEW], MOST
     )
 
 
 def settled_points(study: StoredStudy) -> str:
-    """Return how many points need no more trials, by the reason, in words.
+    """Return the number of settled points by reason, in words.
 
     Raises ChoiceError for a study with a fixed number of trials.
     """
@@ -119,9 +120,9 @@ def settled_points(study: StoredStudy) -> str:
 
 
 def why_unfinished(study: StoredStudy) -> str:
-    """Return why more trials follow, in words, or "" if none do."""
+    """Return the reason for further trials, in words; "" without further trials."""
     if has_rule(study) and (stopping(study)["why"] == NOT_YET).any():
-        return f"more trials of {study.name} follow by its rule"
+        return f"more trials of {study.name} follow by the rule"
     return ""
 
 

@@ -42,7 +42,7 @@ from sweep.text import so_many
 FEWEST = 6
 """With fewer trials a point has at most three half-widths, which show no slope."""
 MOST_PLAIN = 60
-"""Up to this number lines are drawn in full; more lines are pale."""
+"""Up to this number, lines are opaque; more lines are pale."""
 
 
 class Narrowing(NamedTuple):
@@ -65,11 +65,12 @@ def narrowing_figure(
 ) -> Figure:
     """Draw half-widths of confidence intervals against numbers of trials.
 
-    Each point has one line, and both scales are logarithmic. The intervals are those
-    of the mean of the first 3, 4, 6, 8, 12, ... done trials that have a value, by the
-    number of their replicate. The last interval is that of all such trials, as in
-    `study.means`. The dashed line has the slope -1/2 of independent values whose
-    standard deviation is known. With few trials Student's factor makes intervals wider.
+    Each point has a line, and the two scales are logarithmic. The intervals are
+    confidence intervals of the mean of the first 3, 4, 6, 8, 12, ... done trials with a
+    value. Trials are ordered by replicate number. The last interval uses all trials
+    with a value, like `study.means`. The dashed line has the slope -1/2 of independent
+    values with a known standard deviation. With few trials Student's factor makes
+    intervals wider.
 
     Parameters
     ----------
@@ -117,7 +118,7 @@ def narrowing_layout(study: StoredStudy, metric: str, *, by: str | None) -> Narr
     recorded(study, metric)
     if (most := int(selection.trials["replicate"].max()) + 1) < FEWEST:
         raise ChoiceError(
-            f"needs {FEWEST} trials of a point, and there are {most}",
+            f"needs {FEWEST} trials per point; the study has at most {most}",
             study.name,
             "narrowing",
         )
@@ -194,8 +195,8 @@ def _drawn(widths: pd.DataFrame) -> pd.DataFrame:
 def _reference(drawn: pd.DataFrame) -> MarkedLine:
     """Return the dashed line, of slope -1/2.
 
-    It goes through the median half-width at the largest number of trials that half of
-    the points have.
+    The line goes through a median half-width, at the largest number of trials that half
+    of the points have.
     """
     if drawn.empty:
         return MarkedLine()
@@ -239,7 +240,7 @@ def _legend(figure: Figure, layout: Narrowing) -> None:
 
 
 def _label(layout: Narrowing) -> str:
-    return f"half width of {quantity(layout.selection.study, layout.metric)}"
+    return f"half-width of {quantity(layout.selection.study, layout.metric)}"
 
 
 def _note(layout: Narrowing, widths: pd.DataFrame) -> str:
@@ -247,19 +248,19 @@ def _note(layout: Narrowing, widths: pd.DataFrame) -> str:
     counts = widths.groupby("point")["n"].max()
     without = widths["point"].nunique() - _drawn(widths)["point"].nunique()
     text = selection.note(
-        f"{so_many(len(counts), 'point')}, {{n}} trials a point, the first ones by"
-        " replicate",
+        f"{so_many(len(counts), 'point')}, {{n}} trials per point, in the order of"
+        " replicates",
         counts,
-        "half the 95 % interval of their mean",
+        "half of the 95 % confidence interval of the mean",
         [metric],
     )
     have = "have" if without > 1 else "has"
-    lacking = f"{so_many(without, 'point')} {have} no width above 0"
+    lacking = f"{so_many(without, 'point')} {have} no half-width above 0"
     return f"{text}\n{lacking}" if without else text
 
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
-    """Return one figure per metric. Raises ChoiceError as `narrowing_figure`."""
+    """Return a figure per metric. Raises ChoiceError as `narrowing_figure`."""
     names = choices.plain(study)
     layouts = [narrowing_layout(study, name, by=choices.by) for name in names]
     return [
@@ -299,7 +300,7 @@ def marks(study: StoredStudy, choices: Choices) -> FigureMarks:
 
 
 KIND = FigureKind(
-    "half the width of each interval against the number of trials",
+    "half-width of each confidence interval against the number of trials",
     ("by",),
     plan,
     marks=marks,

@@ -13,21 +13,21 @@ if TYPE_CHECKING:
 
 
 def figures() -> "dict[str, FigureKind]":
-    """Return the kinds of figures by their names."""
+    """Return the kinds of figures by name."""
     from sweep.methods.adaptive.figure import KIND
 
     return {"narrowing": KIND}
 
 
 def status(study: "StoredStudy") -> dict[str, str]:
-    """Return how many points need no more trials, in words, by its label."""
+    """Return the number of settled points, in words, by label."""
     from sweep.methods.adaptive.analysis import has_rule, settled_points
 
     return {"settled": settled_points(study)} if has_rule(study) else {}
 
 
 def unfinished(study: "StoredStudy") -> str:
-    """Return why more trials follow, or "" if none do."""
+    """Return the reason for further trials; "" without further trials."""
     from sweep.methods.adaptive.analysis import why_unfinished
 
     return why_unfinished(study)

@@ -1,6 +1,6 @@
 """The rule of adaptive replicates.
 
-A point gets trials until the repeated confidence intervals of its means are narrow. The
+A point gets trials until the repeated confidence intervals of the means are narrow. The
 intervals of all looks are simultaneous, see `sweep.analysis.sequential`.
 """
 
@@ -28,9 +28,9 @@ ALL_NORMAL: Mapping[str, Declared] = MappingProxyType({})
 
 @dataclass(frozen=True)
 class Until:
-    """A rule that gives a point trials until its confidence intervals are narrow.
+    """A rule that gives a point trials until the confidence intervals are narrow.
 
-    A point with the largest number of trials gets no more trials either.
+    A point with the largest number of trials gets no more trials.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class Until:
     confidence : float
         Simultaneous confidence of the intervals of all looks and all metrics.
     least : int
-        Number of trials of a point at its first look.
+        Number of trials of a point at the first look.
     most : int
         Largest number of trials of a point.
     """
@@ -48,7 +48,7 @@ class Until:
     place: ClassVar = ("replicates", "until")
     adds_points: ClassVar = False
     counted: ClassVar = (
-        "its trials are counted at their most; it stops before, where an interval is"
+        "trials are counted at the maximum; a point stops earlier if its intervals are"
         " narrow"
     )
     where: ClassVar = ""
@@ -64,7 +64,7 @@ class Until:
 
     @property
     def looks(self) -> tuple[int, ...]:
-        """Numbers of trials of a point at its looks."""
+        """Numbers of trials of a point at each look."""
         return looks(self.least, self.most)
 
     @property
@@ -82,7 +82,7 @@ class Until:
         widths = ", ".join(
             f"of {name} is {width.in_words}" for name, width in self.widths.items()
         )
-        return f", until the half width {widths}"
+        return f", until the half-width {widths}"
 
     def as_json(self) -> dict[str, object]:
         """Return the rule by the keys of a spec."""
@@ -150,8 +150,8 @@ class PointsSeen(NamedTuple):
     metrics : mapping of str to SeenMetric
         The metrics of the rule by name.
     further : array of int
-        Number of trials that each point has after the next round, (P,). It is the
-        present number if the point has had its last trial.
+        Number of trials of each point after the next round, (P,). The number does not
+        change if the point has had its last trial.
     """
 
     metrics: Mapping[str, SeenMetric]
@@ -165,13 +165,13 @@ def look(
     values: Mapping[str, ArrayLike],
     distributions: Mapping[str, Declared] = ALL_NORMAL,
 ) -> PointsSeen:
-    """Look at P points, and find how many trials each needs.
+    """Look at P points, and return the number of trials that each point needs.
 
-    No point waits for a metric of which it has fewer than two values: it might run to
-    `most` without ever having one. The half-width is half of the distance of both
-    bounds before they are cut off at the ends of the support: a bound of the support
-    does not tell how well a mean is known. It is NaN, and never narrow, if all values
-    are equal, see `sweep.analysis.mean_bounds`.
+    No point waits for a metric with fewer than two values: the point might run to
+    `most` without any value. The half-width is half of the distance between the bounds
+    of the interval before the bounds are cut off at the ends of the support. A bound of
+    the support does not show the precision of a mean. The half-width is NaN, and never
+    narrow, if all values are equal, see `sweep.analysis.mean_bounds`.
 
     Parameters
     ----------
@@ -185,7 +185,7 @@ def look(
         Values of each metric, one point after another, (sum of `trials`,). Values that
         are not finite do not count.
     distributions : mapping, optional
-        Distribution by metric; "normal" for other metrics.
+        Distribution by metric; "normal" by default.
 
     Returns
     -------
@@ -217,7 +217,7 @@ def _look_at_metric(
     array = np.asarray(values, np.float64)
     finite = pd.Series(np.where(np.isfinite(array), array, np.nan))
     groups = finite.groupby(np.repeat(np.arange(len(trials)), trials))
-    # Not cut: the ends of the support do not tell how well a mean is known.
+    # Not cut: the ends of the support do not show the precision of a mean.
     low, high = group_bounds(groups, nominal, distribution or "normal", cut=False)
     means = np.asarray(groups.mean(), np.float64)
     counts: Counts = np.asarray(groups.count(), np.int64)

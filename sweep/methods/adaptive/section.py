@@ -1,6 +1,6 @@
 """The form of `replicates` that is a mapping.
 
-Trials are added until means are known well.
+Trials are added until means are precise.
 """
 
 from collections.abc import Mapping
@@ -54,7 +54,7 @@ class HalfWidth(Content[Width]):
     @property
     def words(self) -> str:
         """The allowed values."""
-        return f"{self.number.words}, or a share of the mean, as 5%"
+        return f"{self.number.words}, or a fraction of the mean, such as 5%"
 
     def read(self, entry: Entry) -> Width:
         """Return the half-width of an entry. Raises SpecError if it is not allowed."""
@@ -71,25 +71,26 @@ class HalfWidth(Content[Width]):
         return {"anyOf": [self.number.schema(), part]}
 
     def write(self, value: Width) -> Any:
-        """Return a half-width as a spec has it."""
+        """Return a half-width in the form of a spec."""
         return value.as_json()
 
 
 @dataclass(frozen=True)
 class HalfWidths(Content[Width | Mapping[str, Width]]):
-    """A half-width, or one for each of several metrics by name."""
+    """A half-width, or a half-width per metric by name."""
 
     single = HalfWidth()
 
     @property
     def words(self) -> str:
         """The allowed values."""
-        return f"{self.single.words}; or a mapping from metrics to such half widths"
+        return f"{self.single.words}; or a mapping from metrics to half-widths"
 
     def read(self, entry: Entry) -> Width | Mapping[str, Width]:
-        """Return the half-widths of an entry. Raises SpecError if one is not allowed.
+        """Return the half-widths of an entry.
 
-        All mistakes are reported together.
+        Raises SpecError if a half-width is not allowed. All mistakes are reported
+        together.
         """
         if not isinstance(entry.value, dict):
             return self.single.read(entry)
@@ -102,7 +103,7 @@ class HalfWidths(Content[Width | Mapping[str, Width]]):
         if len(widths) > MOST_METRICS:
             raise entry.error(
                 f'"{entry.name}" has {len(widths)} metrics; at most {MOST_METRICS} are'
-                " allowed, as their intervals hold together"
+                " allowed, because all intervals are simultaneous"
             )
         return widths
 
@@ -112,7 +113,7 @@ class HalfWidths(Content[Width | Mapping[str, Width]]):
         return {"anyOf": [*self.single.schema()["anyOf"], several]}
 
     def write(self, value: Width | Mapping[str, Width]) -> Any:
-        """Return half-widths as a spec has them."""
+        """Return half-widths in the form of a spec."""
         if isinstance(value, Width):
             return self.single.write(value)
         return {name: self.single.write(width) for name, width in value.items()}
@@ -122,15 +123,15 @@ class HalfWidths(Content[Width | Mapping[str, Width]]):
 class Precision:
     """The largest half-widths of the confidence intervals of the means of metrics.
 
-    There is one `metric`, or `half_width` names several metrics.
+    There is a single `metric`, or `half_width` names several metrics.
     """
 
     metric: Annotated[
         str | None,
         Key(
             Text("a name"),
-            "a recorded metric, or `<metric>_mean` for its last half",
-            otherwise="those that `half_width` names",
+            "a recorded metric, or `<metric>_mean` for the second half",
+            otherwise="the metrics in `half_width`",
             example=ANY_METRIC,
         ),
     ] = None
@@ -138,7 +139,7 @@ class Precision:
         Width | Mapping[str, Width],
         Key(
             HalfWidths(),
-            "of the interval of the mean of the metric, or of each of several by name",
+            "half-width of the confidence interval of a mean, or a value per metric",
             example="{speed: 0.02, dispersion: 5%}",
         ),
     ]
@@ -146,19 +147,20 @@ class Precision:
         float,
         Key(
             Number(least=0.5, most=0.999),
-            "with which the intervals of all looks, of all metrics, hold together",
+            "simultaneous confidence of the intervals of all looks and metrics",
             example="0.99",
         ),
     ] = 0.95
 
 
 class PrecisionSection(SectionOf):
-    """The section `Precision`, whose schema has the rules for its keys together."""
+    """The section `Precision`, whose schema has the rules for combinations of keys."""
 
     def schema(self) -> Schema:
         """Return the schema of the section.
 
-        A single half-width needs `metric`, and a mapping of half-widths excludes it.
+        A single half-width needs `metric`, and a mapping of half-widths excludes
+        `metric`.
         """
         several = {"properties": {"half_width": {"type": "object"}}}
         alone: Schema = {"not": {"required": ["metric"]}}
@@ -168,20 +170,20 @@ class PrecisionSection(SectionOf):
 
 @dataclass(frozen=True, kw_only=True)
 class UntilPrecise:
-    """The mapping under `replicates`: trials are added until a mean is known well."""
+    """The mapping under `replicates`: trials are added until a mean is precise."""
 
     until: Annotated[
-        Precision, Key(PrecisionSection(Precision), "how well means must be known")
+        Precision, Key(PrecisionSection(Precision), "required precision of the means")
     ]
     least: Annotated[
         int, Key(LOOK, "trials before the first look", name="min", example="20")
     ] = FIRST_LOOK
-    most: Annotated[int, Key(LOOK, "most trials a point", name="max", example="200")]
+    most: Annotated[int, Key(LOOK, "most trials per point", name="max", example="200")]
 
 
 KEY = Key(
     LaterSectionOf(UntilPrecise),
-    "trials are added until means are known well",
+    "trials are added until the means are precise",
     name="until",
     otherwise="a fixed number of trials",
 )
@@ -201,8 +203,8 @@ def read_until(root: Entry, context: SpecContext) -> Until:
         with mistakes.noted():
             if continued_axis(context.axes or ()):
                 raise until.error(
-                    'a study with "continue" takes a fixed number of replicates: each'
-                    ' is a whole chain, and "until" would add trials to single points'
+                    'a study with "continue" needs a fixed number of replicates: each'
+                    ' replicate is a chain, but "until" adds trials to single points'
                 )
     mistakes.check()
     assert rule
@@ -224,7 +226,7 @@ def _read(entry: Entry) -> Until:
         with mistakes.noted():
             raise entry.child("until").error(
                 'needs "metric" with one "half_width", or a mapping from metrics'
-                ' to half widths under "half_width", as {speed: 0.02,'
+                ' to half-widths under "half_width", for example {speed: 0.02,'
                 " dispersion: 5%}"
             )
     mistakes.check()
@@ -235,7 +237,7 @@ def _read(entry: Entry) -> Until:
 
 
 def _check_limits(entry: Entry, rule: UntilPrecise) -> None:
-    """Raise SpecError where the first look comes after the most trials."""
+    """Raise SpecError if the first look comes after the most trials."""
     if rule.least <= rule.most:
         return
     if "min" in entry.value:
@@ -249,9 +251,9 @@ def _check_limits(entry: Entry, rule: UntilPrecise) -> None:
 
 
 def _check_metrics(until: Entry, context: SpecContext) -> None:
-    """Raise SpecError where a metric of the rule is not recorded.
+    """Raise SpecError if a metric of the rule is not recorded.
 
-    A value that is not a name has an error of its own.
+    A value that is not a name has a separate error.
     """
     metric = until.get("metric")
     widths = until.get("half_width")
@@ -307,8 +309,8 @@ SECTION = SpecSection(
     form_of=FORM_OF,
     read=read_until,
     not_beside={
-        "search": '"replicates" must be a whole number there, as a search races its'
-        " candidates itself"
+        "search": '"replicates" must be an integer there, because a search races'
+        " candidates"
     },
     strategy=_strategy,
     recorded=lambda _study, rule: recorded_rule(rule),

@@ -1,6 +1,6 @@
 """The strategy of adaptive replicates.
 
-All open points are looked at together, after the trials of the round before are stored:
+Each look is at all open points together, after the trials of the last round are stored:
 see `sweep.methods.adaptive.rule`.
 """
 
@@ -21,8 +21,8 @@ class AdaptiveStrategy:
     """The rounds of a study whose rule adds trials.
 
     The first round has the least number of trials of each point. After each look, the
-    next round has more trials of the points whose intervals are too wide, up to the
-    largest number. Raises SpecError for a design that cannot be.
+    next round has more trials of the points with wide intervals, up to the largest
+    number. Raises SpecError for an impossible design.
     """
 
     grows = True
@@ -37,7 +37,7 @@ class AdaptiveStrategy:
         self.progress = Progress(points, points * study.trials_per_point, settled=0)
 
     def rounds(self, look: Look) -> Iterator[Round]:
-        """Return one round per look."""
+        """Return a round per look."""
         rule = self.rule
         values = dict.fromkeys(rule.widths, np.empty(0))
         before = np.zeros(self.design.n_points, np.int64)

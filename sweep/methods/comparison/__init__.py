@@ -3,9 +3,10 @@
 sides     trials, as a command names them
 matching  points that belong together
 analysis  differences between sides
+
 words     the comparison in words
 report    the comparison as a report
-method    the entry of the comparison, and its command
+method    the entry of the comparison, with its command
 """
 
 import lazy_loader

@@ -1,9 +1,9 @@
 """The comparison of two sides: studies, presets or values of a parameter.
 
-`sweep compare A B` prints it. Every matched point and metric is one contrast, B minus
-A. It is paired if the trials of both sides share random numbers, else between
-independent samples. All contrasts of a table are one family, so that its verdicts can
-be read together.
+`sweep compare A B` prints the comparison. Every matched point and metric is a contrast,
+B minus A. The contrast is paired if the trials of A and B share random numbers, else
+between independent samples. All contrasts of a table are one family, so that the
+verdicts can be read together.
 """
 
 from collections import Counter
@@ -41,7 +41,7 @@ Together = Literal["holm", "bonferroni", "max_t"]
 Floats = NDArray[np.float64]
 
 MOST_RESAMPLED = 2000
-"""Rows that max_t accepts: it keeps thousands of resamples of all rows in memory."""
+"""Rows that max_t accepts: thousands of resamples of all rows are in memory."""
 
 VERDICTS = (
     "higher",
@@ -86,19 +86,19 @@ class Comparison:
     half : bool
         True for means over the second half of each trial, False for the last frame.
     streams : tuple of str
-        Random streams that both sides have in common.
+        Random streams that the two sides have in common.
     rows : DataFrame
         Metric by metric, one row per point. Columns:
 
         - The parameters that points are matched on; metric and unit.
         - a and b: means of the values that count.
-        - difference, b - a, with its simultaneous confidence interval, low and high.
+        - difference, b - a, with the bounds low and high of its simultaneous interval.
         - p: adjusted for all rows.
         - paired; n_a and n_b: numbers of values that count, equal for pairs.
-        - variance_reduction: how many times as many independent trials would be needed.
+        - variance_reduction: factor by which independent trials would need more trials.
         - hedges_g, hedges_g_low and hedges_g_high: the interval is for its row alone.
         - p_equivalent, with a margin only: adjusted too.
-        - verdict: of B, one of VERDICTS.
+        - verdict: of B, an entry of VERDICTS.
         - trials_a, trials_b, not_done_a and not_done_b: numbers of trials.
         - undefined_a and undefined_b: fractions of the done trials without a value.
     """
@@ -118,7 +118,7 @@ class Comparison:
 
     @property
     def differ(self) -> dict[str, tuple[list[Any], list[Any]]]:
-        """Values of side A and of side B of all in which the sides differ, by name.
+        """Values of side A and of side B by name, where the sides differ.
 
         The number of steps between frames, `every`, counts only for means over frames.
         """
@@ -145,26 +145,26 @@ def compare_sides(
 ) -> Comparison:
     """Compare two sides at their matched points, metric by metric, b - a.
 
-    Trials with the same seed and replicate are paired if both sides take one of the
-    streams start, world and noise in common. Initial conditions from a table have
-    nothing in common with others. Pairing needs no more: whole pairs are independent of
-    each other, whatever the two trials do with the same numbers. Trials that share
-    numbers are not (coverage of aziel_chen2025 at n = 50 and 100: correlations from
-    -0.03 to 0.19). Only the gain depends on further agreement.
+    Trials with equal seed and replicate are paired if the two sides have a stream in
+    common: start, world or noise. Initial conditions from a table have nothing in
+    common with different initial conditions. Pairing needs no further agreement: whole
+    pairs are independent of each other, whatever the two trials do with equal numbers.
+    Trials that share numbers are not independent (coverage of aziel_chen2025 at n = 50
+    and 100: correlations from -0.03 to 0.19). Only the gain depends on further
+    agreement.
 
     If fewer than half of the trials of the smaller side have a partner, the samples are
-    compared as independent ones, without the trials of B that have a partner.
+    compared as independent samples, without the trials of B that have a partner.
 
     Parameters
     ----------
     side_a, side_b : Side
     metrics : str or sequence of str, optional
-        By default all metrics that both sides recorded, in the same unit.
+        By default all metrics that the two sides recorded in equal units.
     half : bool, default False
         Compare means over the second half of each trial, not the last frame.
     method : Inference, optional
-        By default `Inference()`. With a margin there must be one metric, whose unit
-        the margin has.
+        By default `Inference()`. A margin needs a single metric, and has its unit.
 
     Returns
     -------
@@ -174,24 +174,24 @@ def compare_sides(
     ------
     ChoiceError
         The sides have no metric or no point in common, a point has several partners,
-        both sides are the same trials, or `method` is not possible.
+        the two sides are identical trials, or `method` is not possible.
 
     Notes
     -----
-    Intervals and p-values are simultaneous, see `sweep.analysis.jointly`. They are of
-    the distribution that the metric declares, see `sweep.analysis.MeanEstimate`.
+    Intervals and p-values are simultaneous, see `sweep.analysis.jointly`. The intervals
+    follow the distribution that the metric declares, see `sweep.analysis.MeanEstimate`.
     "max_t" resamples instead.
 
     Measured rate of false differences, in per cent at level 5. Two samples have equal
-    means; one is lognormal with sigma 1, the other normal with a standard deviation of
-    0.1. For 3, 10 and 40 values each: 5, 7 and 6 if the metric is declared "skewed"; 9,
-    8 and 6 if the samples are also paired, with nothing in common; 15, 15 and 10 by
-    Welch's test if it is "normal".
+    means; the first is lognormal with sigma 1, the second normal with a standard
+    deviation of 0.1. For 3, 10 and 40 values each: 5, 7 and 6 if the metric is declared
+    "skewed"; 9, 8 and 6 if the samples are also paired, with nothing in common; 15, 15
+    and 10 by Welch's test if the metric is "normal".
 
     Equivalence is by two one-sided tests, whose p-values are adjusted for each other
-    (by Holm for "max_t"). So with "holm" the probability of any wrong verdict is at
-    most 1 - `confidence` for differences and for equivalence each, and with
-    "bonferroni" for both.
+    (by Holm for "max_t"). With "holm" the probability of any wrong verdict is at most
+    1 minus `confidence`, for differences and for equivalence each. With "bonferroni"
+    the bound is for all verdicts together.
     """
     method = method or Inference()
     names = shared_metrics(side_a, side_b, as_names(metrics))
@@ -231,7 +231,7 @@ def compare_sides(
 
 
 class _Counts(NamedTuple):
-    """Numbers of trials of both sides at a point, and of those that are not done."""
+    """Numbers of all trials, and of unfinished trials, at a point of each side."""
 
     trials_a: int
     trials_b: int
@@ -240,20 +240,20 @@ class _Counts(NamedTuple):
 
 
 class _Undefined(NamedTuple):
-    """Fractions of the done trials of both sides at a point without a value."""
+    """Fractions of the done trials without a value, at a point of each side."""
 
     undefined_a: float
     undefined_b: float
 
 
 class ComparedTrials(NamedTuple):
-    """The trials that are compared at one pair of points.
+    """The trials that are compared at a pair of points.
 
     Attributes
     ----------
     first, second : Series of int
         Row numbers in the trials of either side. The index has a number that is equal
-        for equal random numbers, which pairs them.
+        for equal random numbers, which pairs the trials.
     paired : bool
     counts : _Counts
     """
@@ -271,7 +271,7 @@ def shared_metrics(side_a: Side, side_b: Side, metrics: Sequence[str]) -> list[s
     ----------
     side_a, side_b : Side
     metrics : sequence of str
-        If empty, all that both sides recorded, in the same unit.
+        If empty, all metrics that the two sides recorded in equal units.
 
     Returns
     -------
@@ -290,7 +290,7 @@ def shared_metrics(side_a: Side, side_b: Side, metrics: Sequence[str]) -> list[s
                 f"{_unit(side_a, name)} in {side_a.model} and {_unit(side_b, name)} in"
                 f" {side_b.model}"
             )
-            raise ChoiceError(f"metric {name} cannot be compared: it is in {units}")
+            raise ChoiceError(f"metric {name} cannot be compared: the unit is {units}")
     recorded_a = side_a.study.metrics
     recorded_b = side_b.study.metrics
     shared = [name for name in recorded_a if name in recorded_b]
@@ -312,10 +312,11 @@ def _unit(side: Side, metric: str) -> str:
 
 
 def _check(method: Inference, metrics: Sequence[str]) -> None:
-    """Raise ChoiceError for a confidence or a margin that is not possible."""
+    """Raise ChoiceError for an impossible confidence or margin."""
     if not 0.5 <= method.confidence < 1.0:
         raise ChoiceError(
-            f"confidence: {method.confidence:g}; allowed: from 0.5 to below 1, as 0.95"
+            f"confidence: {method.confidence:g}; allowed: from 0.5 to below 1, such as"
+            " 0.95"
         )
     if method.margin is None:
         return
@@ -326,8 +327,8 @@ def _check(method: Inference, metrics: Sequence[str]) -> None:
         )
     if len(metrics) > 1:
         raise ChoiceError(
-            "a margin is in the unit of one metric: name it,"
-            f" one of {', '.join(metrics)}"
+            "a margin is in the unit of a single metric: choose a metric"
+            f" from {', '.join(metrics)}"
         )
 
 
@@ -335,7 +336,7 @@ def streams_in_common(side_a: Side, side_b: Side) -> tuple[str, ...]:
     """Return the random streams that two sides have in common.
 
     The stream of worlds counts only if worlds are random. The stream of starts counts
-    only if both sides have the same kinds of initial conditions.
+    only if the two sides have equal kinds of initial conditions.
     """
     common = common_streams(side_a.trials) & common_streams(side_b.trials)
     drawn = all(
@@ -355,7 +356,7 @@ def streams_in_common(side_a: Side, side_b: Side) -> tuple[str, ...]:
 
 
 def _starts(side: Side) -> set[str]:
-    """Return the code hashes of the fixed initial conditions; "" for random ones.
+    """Return the code hashes of the fixed initial conditions, and "" if any are random.
 
     An initial condition without a hash has its name instead.
     """
@@ -497,7 +498,7 @@ def _family(contrasts: Sequence[Contrast], method: Inference) -> Family:
 def judge(contrasts: Sequence[Contrast], method: Inference) -> pd.DataFrame:
     """Return the columns from a to verdict of `Comparison.rows`.
 
-    The contrasts are one family. ChoiceError if max_t cannot judge them.
+    The contrasts are one family. ChoiceError if max_t cannot judge the contrasts.
     """
     family = _family(contrasts, method)
     sides = family.contrasts
@@ -540,7 +541,7 @@ def judge(contrasts: Sequence[Contrast], method: Inference) -> pd.DataFrame:
 
 
 def _verdict(difference: float, p: float, p_equivalent: float, level: float) -> str:
-    """Return the verdict of B, one of VERDICTS."""
+    """Return the verdict of B, an entry of VERDICTS."""
     if np.isnan(p):
         return "too few distinct values"
     words = ["higher" if difference > 0.0 else "lower"] if p < level else []

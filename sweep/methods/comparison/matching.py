@@ -30,15 +30,16 @@ class Matching:
     names : list of str
         The parameters.
     settings : DataFrame
-        Their values, one row per pair.
+        Values of the parameters, one row per pair.
     points : array of str
         Ids of the points of side A and of side B, (pairs, 2).
     alone : tuple of two DataFrames
         Values of the parameters of the points of either side without a partner.
     same : int
-        Number of pairs that are left out because both points are the same trials.
+        Number of pairs that are left out because the two points are identical trials.
     differ : mapping
-        Values of side A and of side B of all else in which points of a pair differ.
+        Values of side A and of side B of all further columns in which points of a pair
+        differ.
     """
 
     names: list[str]
@@ -52,13 +53,13 @@ class Matching:
 def match(side_a: Side, side_b: Side) -> Matching:
     """Match points on the parameters that vary on a side and share a value.
 
-    Parameters that both sides name are not matched on.
+    Parameters that A and B name are not matched on.
 
     Raises
     ------
     ChoiceError
-        Several points of a side agree in all that is matched on, no point has a
-        partner, or both sides are the same trials.
+        Several points of a side agree in all matched parameters, no point has a
+        partner, or the two sides are identical trials.
     """
     code_is_same = same_code(side_a.study.provenance, side_b.study.provenance)
     points_a = _points(side_a, code_is_same)
@@ -77,7 +78,7 @@ def match(side_a: Side, side_b: Side) -> Matching:
     common = [key for key in keyed_a.index if key in keyed_b.index]
     if not common:
         raise ChoiceError(
-            f"no point of {side_a.text} agrees with one of {side_b.text} in"
+            f"no point of {side_a.text} agrees with a point of {side_b.text} in"
             f" {', '.join(names)}"
         )
     first = keyed_a.loc[common]
@@ -88,9 +89,9 @@ def match(side_a: Side, side_b: Side) -> Matching:
     ).to_numpy()
     if same.all():
         only = (
-            "are the same trials"
+            "are identical trials"
             if len(common) == len(keyed_a)
-            else "agree only where both are the same trials"
+            else "agree only in identical trials"
         )
         raise ChoiceError(
             f"{side_a.text} and {side_b.text} {only}: there is nothing to compare"
@@ -123,10 +124,10 @@ def telling(settings: pd.DataFrame) -> list[str]:
 
 
 def _settings(side_a: Side, side_b: Side) -> list[str]:
-    """Return the parameters of both sides, varied ones first, in the specs' order.
+    """Return the parameters that A and B share, varied parameters first, in spec order.
 
     A column that separates points of equal parameters, such as the direction of chains,
-    is included if both sides have the same values of it, or none in common.
+    is included if the values of the two sides are equal, or have none in common.
     """
     varied = [*side_a.study.varied, *side_b.study.varied]
     names = dict.fromkeys([*varied, *side_a.study.settings])
@@ -144,14 +145,14 @@ def _settings(side_a: Side, side_b: Side) -> list[str]:
 
 
 def _overlap(first: "pd.Series[Any]", second: "pd.Series[Any]") -> bool:
-    """Return whether columns have some values in common, and differ in others."""
+    """Return whether columns have some values in common, but not all."""
     values_a = set(first)
     values_b = set(second)
     return values_a != values_b and not values_a.isdisjoint(values_b)
 
 
 def _points(side: Side, code_is_same: bool) -> pd.DataFrame:
-    """Return one row per point: its first trial, its candidate, code and map."""
+    """Return the first trial of each point, with its candidate, code and map."""
     points = side.trials.drop_duplicates("point")
     shapes = {name: json.dumps(shape) for name, shape in side.study.about.maps.items()}
     return points.assign(candidate=_candidates(side, points)).assign(
@@ -168,13 +169,13 @@ def _candidates(side: Side, rows: pd.DataFrame) -> "pd.Series[str]":
 
 
 def _is_matched_on(name: str, first: pd.DataFrame, second: pd.DataFrame) -> bool:
-    """Return whether a parameter varies on a side and both sides share a value."""
+    """Return whether a parameter varies on a side and the two sides share a value."""
     values = [set(_values(table[name])) for table in (first, second)]
     return max(map(len, values)) > 1 and bool(values[0] & values[1])
 
 
 def _values(column: "pd.Series[Any]") -> list[Any]:
-    """Return the values; numbers that differ in their last digits only become equal."""
+    """Return the values; numbers that differ only in the last digits become equal."""
     values = column.tolist()
     return (
         [float(f"{value:.{DIGITS}g}") for value in values]
@@ -184,7 +185,7 @@ def _values(column: "pd.Series[Any]") -> list[Any]:
 
 
 def _keys(table: pd.DataFrame) -> list[str]:
-    """Return one string per row, equal for rows whose values are all equal."""
+    """Return one string per row, equal for rows with equal values."""
     columns = [_values(table[name]) for name in table]
     return (
         [repr(row) for row in zip(*columns, strict=True)]
@@ -196,7 +197,7 @@ def _keys(table: pd.DataFrame) -> list[str]:
 def _check_single(
     side: Side, table: pd.DataFrame, partner: pd.DataFrame, names: Sequence[str]
 ) -> None:
-    """Raise ChoiceError if a point has several partners, with their differences."""
+    """Raise ChoiceError if a point has several partners, with the differences."""
     several = table[
         table.index.isin(partner.index) & table.index.duplicated(keep=False)
     ]
@@ -213,13 +214,13 @@ def _check_single(
     example = f"{side.text}{mark}{free[0]}={group[free[0]].iloc[0]}"
     raise ChoiceError(
         f"{side.text}: {len(group):,} points{f' where {where}' if where else ''} could"
-        " be compared with one point of the other side; they differ in"
-        f" {', '.join(free)}: choose one, as in {example}"
+        " match a single point of the opposite side; the points differ in"
+        f" {', '.join(free)}: choose a value, for example {example}"
     )
 
 
 def _shared_candidates(side_a: Side, side_b: Side) -> set[str]:
-    """Return the ids of candidates of which both sides have the same trial."""
+    """Return the ids of candidates with a trial that is equal on the two sides."""
     if not same_code(side_a.study.provenance, side_b.study.provenance):
         return set()
     candidates_a = _candidates(side_a, side_a.trials)

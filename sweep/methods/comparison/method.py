@@ -1,4 +1,4 @@
-"""The entry of the comparison, and its command."""
+"""The entry of the comparison, with its command."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -39,7 +39,7 @@ def compare(
     metric: Annotated[
         list[str] | None,
         typer.Option(
-            help="Metric to compare; by default all metrics of both sides. Repeatable."
+            help="Metric to compare; by default all shared metrics. Repeatable."
         ),
     ] = None,
     over: OverOption = Over.last,
@@ -60,7 +60,7 @@ def compare(
     results : Location, default Path("results")
         Folder of stored studies.
     metric : list of str, optional
-        By default all metrics that both sides recorded.
+        By default all metrics that the two sides recorded.
     over : Over, default Over.last
         Last frames, or means over the second half of each trial.
     margin : float, optional

@@ -22,7 +22,7 @@ from sweep.tables import MAX_ROWS, Report, TextTable
 
 
 def comparison_report(comparison: Comparison) -> Report:
-    """Return both sides, a row per point and metric, notes and a summary."""
+    """Return the two sides, a row per point and metric, notes and a summary."""
     parts: list[TextTable | str] = [
         *heading(comparison),
         _table(comparison),
@@ -34,7 +34,7 @@ def comparison_report(comparison: Comparison) -> Report:
 
 
 def _table(comparison: Comparison) -> TextTable:
-    """Return the table. Each metric appears once, a single one as the title."""
+    """Return the table. Each metric appears once, a single metric as the title."""
     rows = comparison.rows
     several = rows["metric"].nunique() > 1
     left = ("metric", *telling(comparison.matching.settings), VERDICT)

@@ -16,7 +16,7 @@ from sweep.text import unknown
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """Trials of a study that a text names.
+    """Trials of a study that a string names.
 
     Attributes
     ----------
@@ -26,7 +26,7 @@ class Side:
     trials : DataFrame
         One row per trial, in the order of the study.
     named : frozenset of str
-        Parameters to which the text gives a value.
+        Parameters to which the string gives a value.
     """
 
     text: str
@@ -51,36 +51,36 @@ class Side:
 
 
 def read_side(text: str, results: Location) -> Side:
-    """Return the side that a text names, see `side_of`.
+    """Return the side that a string names, see `side_of`.
 
-    StoreError if the folder `results` has no such study.
+    StoreError if the folder `results` does not have the study.
     """
     return side_of(text, keep_apart(StoredStudy(study_named(text), results)))
 
 
 def study_named(text: str) -> str:
-    """Return the name of the study in the text of a side."""
+    """Return the name of the study in the string of a side."""
     return text.partition(":")[0]
 
 
 def side_of(text: str, study: StoredStudy) -> Side:
-    """Return the side that a text names, of a study that is read already.
+    """Return the side that a string names, of a loaded study.
 
     The name of the study and a colon come first, then values of parameters or presets.
-    A preset needs a study that ablates one: the study's own preset stands for no
-    change, the other one for all changes. The phases of a search are separate points in
-    `study`, see `sweep.tables.kept_apart`.
+    A preset needs a study that ablates a preset: the study's own preset means no
+    change, the ablated preset all changes. The phases of a search are separate points
+    in `study`, see `sweep.tables.kept_apart`.
 
     Raises
     ------
     ChoiceError
-        The study has no such parameter, value or preset.
+        The study does not have the parameter, value or preset.
     StoreError
-        No such trial is stored.
+        The trials are not stored.
     """
     name, colon, rest = text.partition(":")
     if study.trials.empty:
-        raise StoreError("no trial of it is stored", name)
+        raise StoreError("no trial of the study is stored", name)
     settings, named = _read(study, rest) if colon else ({}, frozenset[str]())
     trials = study.where(**settings).trials
     if trials.empty:
@@ -89,7 +89,7 @@ def side_of(text: str, study: StoredStudy) -> Side:
 
 
 def _read(study: StoredStudy, text: str) -> tuple[dict[str, Choice], frozenset[str]]:
-    """Return what a text chooses, and all parameters to which it gives a value."""
+    """Return the choices of a string, and all parameters to which it gives a value."""
     settings: dict[str, Choice] = {}
     for name, value in study.chooser.split([text]).items():
         chosen = _of_preset(study, name) if value is None else {name: value}
@@ -105,7 +105,7 @@ def _read(study: StoredStudy, text: str) -> tuple[dict[str, Choice], frozenset[s
 def _of_preset(study: StoredStudy, preset: str) -> dict[str, str]:
     """Return the values that select the trials of a preset.
 
-    They are empty for the preset of a study that ablates no other.
+    The result is empty for the preset of a study that ablates no preset.
     """
     own = str(study.trials["preset"].iloc[0])
     ablated = study.about.ablated
@@ -113,7 +113,7 @@ def _of_preset(study: StoredStudy, preset: str) -> dict[str, str]:
         way = "or" if ablated else "the study ablates no preset:"
         raise ChoiceError(
             f"{unknown('preset', preset, [own, *ablated])};"
-            f" {way} name settings, as in {study.chooser.example}",
+            f" {way} name parameters, for example {study.chooser.example}",
             study.name,
         )
     if preset == own:

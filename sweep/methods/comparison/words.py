@@ -1,7 +1,7 @@
-"""A comparison in words, as `sweep compare` prints it.
+"""A comparison in words, in the form that `sweep compare` prints.
 
-First both sides, then a row per point and metric, notes on how to read the table, and a
-summary.
+The two sides come first. Then follow a row per point and metric, notes on how to read
+the table, and a summary.
 """
 
 import math
@@ -28,34 +28,35 @@ SMALLEST_P = 0.001
 
 INTERVALS = {
     "holm": (
-        "the intervals of all {n} hold together (Bonferroni),"
+        "all {n} confidence intervals are simultaneous (Bonferroni),"
         " p is adjusted for all (Holm)"
     ),
     "bonferroni": (
-        "the intervals of all {n} hold together and p is adjusted for all (Bonferroni)"
+        "all {n} confidence intervals are simultaneous and p is adjusted for all"
+        " (Bonferroni)"
     ),
     "max_t": (
-        "the intervals of all {n} hold together and p is adjusted for all (max t of"
-        " resampled pairs)"
+        "all {n} confidence intervals are simultaneous and p is adjusted for all (max t"
+        " of resampled pairs)"
     ),
 }
 DISTRIBUTIONS = (
-    "each metric has the intervals and the test of its distribution (sweep metrics);"
-    " those of normal ones find too much where few skewed values meet narrow ones"
+    "intervals and tests follow the distribution of each metric (sweep metrics); with"
+    " normal metrics, few skewed values against narrow values give false positives"
 )
 VERDICT = "B against A"
 EFFECT = "g: Hedges' g, B - A in standard deviations of a trial"
 REDUCTION = (
-    "variance reduction: how many times as many independent trials would be needed"
+    "variance reduction: factor by which independent trials would need more trials"
 )
 
 
 def heading(comparison: Comparison) -> Iterable[str]:
-    """Yield the lines above the table: both sides, differences and the matching."""
+    """Yield the lines above the table: sides, differences and the matching."""
     matching = comparison.matching
     for letter, side in (("A", comparison.side_a), ("B", comparison.side_b)):
         missing = (
-            f"; {side.missing:,} of its study are not stored" if side.missing else ""
+            f"; {side.missing:,} of the study are not stored" if side.missing else ""
         )
         points = (
             f"{so_many(side.trials['point'].nunique(), 'point')},"
@@ -66,15 +67,15 @@ def heading(comparison: Comparison) -> Iterable[str]:
         f"{name} ({_some(values_a)}; {_some(values_b)})"
         for name, (values_a, values_b) in comparison.differ.items()
     ]
-    yield f"A and B differ in {', '.join(differ) or 'no setting'}"
+    yield f"A and B differ in {', '.join(differ) or 'no parameter'}"
     on = (
         f" of A matched on {', '.join(matching.names)}"
         if matching.names
-        else " of A with its partner"
+        else " of A with a partner"
     )
     yield f"{so_many(len(matching.settings), 'point')}{on}"
     if matching.same:
-        yield f"{matching.same:,} more left out: both sides are the same trials"
+        yield f"{matching.same:,} more left out: the two sides are identical trials"
     for letter, alone in zip("AB", matching.alone, strict=True):
         if len(alone):
             yield (
@@ -96,7 +97,7 @@ def titles(comparison: Comparison) -> list[str]:
 
 
 def cells(comparison: Comparison, rows: pd.DataFrame) -> list[list[str]]:
-    """Return the texts of some rows of a comparison, below its `titles`."""
+    """Return the strings of some rows of a comparison, below its `titles`."""
     names = telling(comparison.matching.settings)
     return [_cells(row, names) for _, row in rows.iterrows()]
 
@@ -125,8 +126,8 @@ def notes(comparison: Comparison) -> Iterable[str]:
     """Yield notes on how to read the table, and warnings."""
     rows = comparison.rows
     method = comparison.method
-    width = f"half the width of the {100 * method.confidence:g} % interval"
-    ends = "whose ends stand where it is not centred"
+    width = f"half-width of the {100 * method.confidence:g} % confidence interval"
+    ends = "or the bounds of an interval that is not centred"
     yield f"±: {width}, {ends}; {together(comparison)}"
     if method.together != "max_t":
         yield DISTRIBUTIONS
@@ -156,7 +157,7 @@ def notes(comparison: Comparison) -> Iterable[str]:
         )
         yield (
             f"in {so_many(int(short.sum()), 'row')} not all trials count: {count},"
-            " others lack a value or a partner"
+            " further trials lack a value or a partner"
         )
     yield from _undefined(rows)
     counts = {
@@ -167,8 +168,8 @@ def notes(comparison: Comparison) -> Iterable[str]:
     if constant.any():
         yield (
             f"no test in {so_many(int(constant.sum()), 'row')}: values of a side, or"
-            " differences of pairs, are equal, or all but one, and do not show how much"
-            " they vary; `low` and `high` of a metric would"
+            " differences of pairs, are all equal, or all but one, so the spread is"
+            " unknown; declare `low` and `high` of the metric"
         )
     small = (
         (rows["p"] < 1.0 - method.confidence)
@@ -178,13 +179,13 @@ def notes(comparison: Comparison) -> Iterable[str]:
     if small.any():
         yield (
             f"in {so_many(int(small.sum()), 'row')} p is small although the interval"
-            " has 0: Holm's test sees more"
+            " includes 0: Holm's test has more power"
         )
     for letter, side in (("A", comparison.side_a), ("B", comparison.side_b)):
         if metrics := side.study.repeated:
             yield (
-                f"{letter} has as many trials as {', '.join(metrics)} asked for: p and"
-                " intervals are approximate"
+                f"the number of trials of {letter} depends on {', '.join(metrics)}: p"
+                " and intervals are approximate"
             )
 
 
@@ -214,7 +215,7 @@ def summary(comparison: Comparison) -> Iterable[str]:
 def together(comparison: Comparison) -> str:
     """Return the number of comparisons and the correction for it, in words."""
     if comparison.tests == 1:
-        return "p and interval are those of one comparison"
+        return "p and interval are for a single comparison"
     return INTERVALS[comparison.method.together].format(n=f"{comparison.tests:,}")
 
 
@@ -226,8 +227,8 @@ def _some(values: list[Any]) -> str:
 def _named(alone: pd.DataFrame, matched: pd.DataFrame) -> str:
     """Return the points without a partner in words.
 
-    Each is named by the parameters that vary on its side, without parameters that have
-    the value of more than half of the points.
+    Each point is named by the parameters that vary on its side, without parameters that
+    have the value of more than half of the points.
     """
     points = pd.concat([matched, alone])
     fractions = {
@@ -247,12 +248,12 @@ def _named(alone: pd.DataFrame, matched: pd.DataFrame) -> str:
         ]
         words.append(", ".join(unusual))
     return "; ".join(
-        [*words, *(["... (--json names all)"] if len(alone) > MOST_ALONE else [])]
+        [*words, *(["... (--json lists all)"] if len(alone) > MOST_ALONE else [])]
     )
 
 
 def _means(row: "pd.Series[Any]") -> tuple[str, str, str]:
-    """Return A, B and their difference, with the digits that its interval allows."""
+    """Return A, B and the difference, with the digits that the interval allows."""
     a, b, low, high = (float(row[name]) for name in ("a", "b", "low", "high"))
     half = (high - low) / 2
     scale = max(abs(a), abs(b))
@@ -280,7 +281,7 @@ def _count(row: "pd.Series[Any]") -> str:
 
 
 def _undefined(rows: pd.DataFrame) -> Iterable[str]:
-    """Yield a line per metric that done trials lack, with the fractions of them."""
+    """Yield a line per metric that done trials lack, with fractions of trials."""
     for metric, part in rows.groupby("metric", sort=False):
         a = part["undefined_a"].mean()
         b = part["undefined_b"].mean()
@@ -288,7 +289,7 @@ def _undefined(rows: pd.DataFrame) -> Iterable[str]:
             of_a, of_b = (percent(share) if share else "0 %" for share in (a, b))
             yield (
                 f"{metric} is undefined in {of_a} of the done trials of A and {of_b} of"
-                " B: means are of the others"
+                " B: means use the remaining trials"
             )
 
 

@@ -1,9 +1,9 @@
 """Hysteresis: loops between the way up and the way down of chains.
 
-analysis  loops, and their area
+analysis  loops with areas
 report    the loops as a report
-figure    their figure
-method    its entry, and its command
+figure    the loops as a figure
+method    the entry of the method, with its command
 """
 
 import lazy_loader

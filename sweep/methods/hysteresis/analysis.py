@@ -1,6 +1,6 @@
 """Hysteresis loops of a stored study whose chains go up and down.
 
-A loop lies between the means of both directions, for one metric and one group of
+A loop is the area between the means of the two directions, for a metric and a group of
 chains.
 """
 
@@ -22,7 +22,7 @@ LEAST = 2
 
 
 class FoundLoop(NamedTuple):
-    """The loop of one metric in one group of chains.
+    """The loop of a metric in a group of chains.
 
     Attributes
     ----------
@@ -57,12 +57,12 @@ def find_loops(
     over: Over = "last",
     half: bool = False,
 ) -> list[FoundLoop]:
-    """Return the loops of a study with an axis that is continued in both directions.
+    """Return the loops of a study with an axis that is continued in two directions.
 
     Parameters
     ----------
     study : StoredStudy
-        `where` chooses among its points.
+        `where` chooses among the points.
     metrics : str or sequence of str, optional
         By default all metrics that are recorded.
     over : {"last", "half"}, default "last"
@@ -78,12 +78,12 @@ def find_loops(
     Raises
     ------
     ChoiceError
-        The study has no such axis, fewer than two of its values are chosen, or a metric
-        is not recorded.
+        The study has no suitable axis, fewer than two of its values are chosen, or a
+        metric is not recorded.
     """
     continued = study.about.continued
     if continued is None or continued["directions"] != [UP, DOWN]:
-        words = 'no axis of it has "continue: both", so that there is no loop'
+        words = 'no axis has "continue: both", so there is no loop'
         raise ChoiceError(words, study.name)
     for name in as_names(metrics):
         study.check_metric(name)
@@ -108,7 +108,7 @@ def _loops(study: StoredStudy, axis: str, column: str) -> Iterator[FoundLoop]:
 
 
 def _follow(study: StoredStudy, axis: str) -> set[str]:
-    """Return derived parameters, which no axis has: they may follow from `axis`."""
+    """Return derived parameters, which no axis has: the values may depend on `axis`."""
     own = {name for entry in study.axes.values() for name in entry.settings}
     return {str(name) for name in study.points.columns} - own - {axis}
 
@@ -132,8 +132,8 @@ def _loop(
     ways = {way: table.get(way, pd.DataFrame()) for way in (UP, DOWN)}
     shared = sorted(set(ways[UP].columns) & set(ways[DOWN].columns))
     if len(shared) < LEAST:
-        words = f"a loop needs {LEAST} values of {axis} in both directions"
-        raise ChoiceError(f"{words}, and has {len(shared)}", study.name)
+        words = f"a loop needs {LEAST} values of {axis} in each direction"
+        raise ChoiceError(f"{words}, but has {len(shared)}", study.name)
     values = np.array(shared, np.float64)
     up, down = (ways[way][shared].to_numpy(np.float64) for way in (UP, DOWN))
     estimate = loop(values, up, down)
@@ -151,10 +151,10 @@ def _loop(
 def loop_rows(loops: Sequence[FoundLoop]) -> pd.DataFrame:
     """Return one row per loop.
 
-    Columns: its settings, `metric`, `area` with its 95 % confidence interval (`low`,
-    `high`), and the numbers of complete `chains` and of `incomplete` ones. `from` and
-    `to` are the ends of the values at which both directions differ, NaN if there are
-    none, and `width` is their distance.
+    Columns: parameters of the loop, `metric`, `area` with its 95 % confidence interval
+    (`low`, `high`), and the numbers of complete `chains` and of `incomplete` chains.
+    `from` and `to` are the ends of the range of values at which the directions differ,
+    NaN without a difference. `width` is the length of this range.
     """
     rows = []
     for group in loops:

@@ -1,6 +1,6 @@
 """The figure of hysteresis: means on the way up and down, and the loop between them.
 
-It shows a study whose chains go in both directions.
+The figure shows a study whose chains go in two directions.
 """
 
 from functools import partial
@@ -38,7 +38,7 @@ WAYS = {"up": (BLUE, "o-"), "down": (VERMILION, "s--")}
 
 
 class Loops(NamedTuple):
-    """The layout of a figure of one metric, with one panel per group of chains."""
+    """The layout of a figure of a metric, with a panel per group of chains."""
 
     study: StoredStudy
     metric: str
@@ -51,8 +51,9 @@ def hysteresis_figure(
     """Plot a metric against the continued axis, on the way up and down.
 
     Bands are 95 % confidence intervals of the means over chains. The title has the area
-    of the loop with its interval. The background is grey between the values at which
-    both ways differ. Other parameters that vary become panels.
+    of the loop with its confidence interval. The background is grey between the values
+    at which the increasing and the decreasing branch differ. Further parameters that
+    vary become panels.
 
     Parameters
     ----------
@@ -80,15 +81,15 @@ def hysteresis_figure(
 def hysteresis_layout(
     study: StoredStudy, metrics: tuple[str, ...], *, half: bool = False
 ) -> list[Loops]:
-    """Return one layout per metric.
+    """Return a layout per metric.
 
     Parameters
     ----------
     study : StoredStudy
     metrics : tuple of str
-        Names of metrics; () for all that are recorded.
+        Names of metrics; () for all recorded metrics.
     half : bool, default False
-        Means over the second half of each link, instead of its last frame.
+        Means over the second half of each link, instead of the last frame.
 
     Returns
     -------
@@ -165,16 +166,16 @@ def _area(loop: FoundLoop) -> str:
 def _note(layout: Loops) -> str:
     counts = [panel.loop.chains for panel in layout.panels]
     text = (
-        "{n} trials of each value and way, one a chain; bands: 95 % intervals of means"
-        " over chains; area: of down less up, over whole chains; grey: between the"
-        " values where both ways differ with 95 %, all values together"
+        "{n} trials per value and direction, one per chain; bands: 95 % confidence"
+        " intervals of means over chains; area: of down minus up, over complete chains;"
+        " grey: range of values at which up and down differ (95 %, simultaneous)"
     )
     metrics = [str(Column.read(layout.metric))]
     return select(layout.study).note(text, counts, shown=metrics)
 
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
-    """Return one figure per metric.
+    """Return a figure per metric.
 
     Raises ChoiceError for a study whose chains do not go up and down.
     """

@@ -1,4 +1,4 @@
-"""The entry of hysteresis, and its command."""
+"""The entry of hysteresis, with its command."""
 
 from typing import TYPE_CHECKING
 
@@ -27,7 +27,7 @@ def hysteresis(
     metric : list of str, optional
         By default all metrics of the study.
     over : Over, default Over.last
-        Last frames of the links, or means over their second half.
+        Last frames of the links, or means over the second half of each link.
 
     Returns
     -------
@@ -46,7 +46,7 @@ def hysteresis(
 
 
 def figures() -> "dict[str, FigureKind]":
-    """Return the kinds of figures by their names."""
+    """Return the kinds of figures by name."""
     from sweep.methods.hysteresis.figure import KIND as HYSTERESIS
 
     return {"hysteresis": HYSTERESIS}

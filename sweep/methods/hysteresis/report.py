@@ -9,7 +9,7 @@ from sweep.text import so_many
 
 
 def hysteresis_report(study: StoredStudy, loops: Sequence[FoundLoop]) -> Report:
-    """Return the area of each loop, and the values at which both directions differ.
+    """Return the area of each loop, and the values at which the directions differ.
 
     docs/json.md describes each key.
     """
@@ -17,10 +17,10 @@ def hysteresis_report(study: StoredStudy, loops: Sequence[FoundLoop]) -> Report:
     rows = loop_rows(loops)
     facts = {"study": study.name, "axis": axis, "confidence": 0.95}
     notes = [
-        f"area: integral of down less up over {axis}, mean with its 95 % interval"
-        " over whole chains (Student)",
-        "differ: between these values the intervals of the differences exclude 0, all"
-        " of them together with 95 %",
+        f"area: integral of down minus up over {axis}, mean with 95 % confidence"
+        " interval over complete chains (Student)",
+        "differ: range of values at which the simultaneous 95 % confidence intervals of"
+        " the differences exclude 0",
     ]
     if most := max(loop.incomplete for loop in loops):
         notes.append(f"up to {so_many(most, 'chain')} left out, which lack a link")

@@ -1,8 +1,8 @@
-"""Power: how many replicates a goal needs.
+"""Power: the number of replicates that a goal needs.
 
 analysis  the replicates of each point
 report    the replicates as a report
-method    its entry, and its command
+method    the entry of the method, with its command
 """
 
 import lazy_loader

@@ -1,7 +1,7 @@
 """Number of replicates that a study needs, from a stored pilot: `sweep power`.
 
-Some trials have no value, such as one that diverged or in which the metric is
-undefined. More replicates make up for them, at the rate of the pilot.
+Some trials have no value, such as a trial that diverged or in which the metric is
+undefined. More replicates make up for the missing values, at the rate of the pilot.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -45,7 +45,7 @@ Floats = NDArray[np.float64]
 Goal = Literal["half width", "difference"]
 
 NOTHING: Mapping[str, float | str] = MappingProxyType({})
-FORM = 'METRIC=SIZE, as "speed=0.05" or, as a share of the mean, "speed=5%"'
+FORM = 'METRIC=SIZE, such as "speed=0.05", or "speed=5%" for a fraction of the mean'
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,12 +59,12 @@ class Power:
     rows : DataFrame
         One row per goal, metric and point. Columns: the parameters of `headings`, of B
         of a pair; goal, "half width" or "difference"; metric and unit; asked, the goal
-        as text. mean, of A of a pair, with the bounds of its present confidence
-        interval, low and high. values, the number of the pilot, of a pair the smaller
-        one; paired, True for pairs. replicates, the number that reaches the goal with
-        the probability `chance`, with its 95 % range replicates_low and
-        replicates_high: NaN if unknown, and infinite above a million. caveat, one of
-        `sweep.analysis.replication.CAVEATS` or "".
+        as a string. mean, of A of a pair, with the bounds of its present confidence
+        interval, low and high. values, the number of values of the pilot, the smaller
+        number for a pair; paired, True for pairs. replicates, the number that reaches
+        the goal with the probability `chance`, with its 95 % range replicates_low and
+        replicates_high: NaN if unknown, and infinite above a million. caveat, an entry
+        of `sweep.analysis.replication.CAVEATS` or "".
     headings : list of str
     chance : float
     tests : int
@@ -81,7 +81,7 @@ class Power:
     against: str
 
     def worst(self) -> Iterator["pd.Series[Any]"]:
-        """Yield the row that needs most of each goal and metric, if one is known."""
+        """Yield the known row that needs most replicates, per goal and metric."""
         for _, rows in self.rows.groupby(["goal", "asked", "metric"], sort=False):
             known = rows.dropna(subset="replicates")
             if len(known):
@@ -99,7 +99,7 @@ def needed_replicates(
 ) -> Power:
     """Return the replicates that reach goals for each point, or each pair of points.
 
-    A half-width is that of the confidence interval of `sweep table`. A difference is to
+    A half-width is half of the confidence interval of `sweep table`. A difference is to
     be detected by `sweep compare` with its defaults: 95 %, one family, pairs if trials
     share random numbers. So each of k differences is tested at 5 % / k.
 
@@ -108,12 +108,12 @@ def needed_replicates(
     pilot : Side or StoredStudy
         Side A of `sweep.methods.comparison`.
     against : Side or StoredStudy, optional
-        Side B of differences. By default the first point of A is compared with each of
-        its other points.
+        Side B of differences. By default the first point of A is compared with each
+        further point of A.
     half_widths : sequence of str, optional
         Goals such as "speed=0.05", or "speed=5%" for a fraction of the mean.
     differences : sequence of str, optional
-        Goals in the same form; a fraction is one of the mean of A.
+        Goals in the form of `half_widths`; a fraction is relative to the mean of A.
     half : bool, default False
         Means over the second half of each trial, instead of the last frame.
     chance : float, default 0.8
@@ -127,7 +127,8 @@ def needed_replicates(
     ------
     ChoiceError
         The sides cannot be compared, a metric is not recorded, or a goal or `chance` is
-        not valid; all such mistakes together. Also if no point has FEWEST values.
+        not valid; all mistakes are reported together. Also if no point has FEWEST
+        values.
     """
     first = _side(pilot)
     second = None if against is None else _side(against)
@@ -135,7 +136,7 @@ def needed_replicates(
     with refusals.noted():
         if not (half_widths or differences):
             raise ChoiceError(
-                f"no half width and no difference is given; allowed: {FORM}",
+                f"neither half-width nor difference is given; allowed: {FORM}",
                 first.study.name,
             )
     widths = _sizes(half_widths, "half width", first, refusals)
@@ -183,7 +184,7 @@ def _side(source: Side | StoredStudy) -> Side:
 def _sizes(
     texts: Iterable[str], goal: Goal, side: Side, refusals: Refusals
 ) -> dict[str, Width]:
-    """Return the size of each metric that texts have, such as "speed=5%"."""
+    """Return the goal of each metric in strings such as "speed=5%"."""
     sizes: dict[str, Width] = {}
     for text in texts:
         name, _, size = (part.strip() for part in text.partition("="))
@@ -191,7 +192,7 @@ def _sizes(
             side.study.check_metric(name)
         with refusals.noted():
             if name in sizes:
-                raise ChoiceError(f"{name} stands twice; allowed: one {goal} of it")
+                raise ChoiceError(f"{name} is given twice; allowed: one {goal} each")
             sizes[name] = _size(text, size, goal)
     return sizes
 
@@ -203,7 +204,9 @@ def _size(text: str, size: str, goal: Goal) -> Width:
     except ValueError:
         number = np.nan
     if not (number > 0.0 and isfinite(number)):
-        raise ChoiceError(f'"{text}" is no {goal}; allowed: {FORM}, a number above 0')
+        raise ChoiceError(
+            f'"{text}" is no {goal}; allowed: {FORM}; the number must be above 0'
+        )
     return Width(number, relative=part is not None)
 
 
@@ -216,15 +219,18 @@ def _check(
     chance: float,
     refusals: Refusals,
 ) -> None:
-    """Note goals that do not fit the sides, and a chance that is not allowed."""
+    """Note goals that do not fit the sides, and a probability that is not allowed."""
     with refusals.noted():
         if widths and side_b is not None:
             raise ChoiceError(
-                "a half width is that of one study: name one, or ask for differences"
+                "a half-width needs a single study: give A alone, or ask for"
+                " differences"
             )
     with refusals.noted():
         if not 0.5 <= chance <= 0.99:
-            raise ChoiceError(f"chance: {chance:g}; allowed: from 0.5 to 0.99, as 0.8")
+            raise ChoiceError(
+                f"chance: {chance:g}; allowed: from 0.5 to 0.99, such as 0.8"
+            )
     for name, size in sizes.items():
         declared = side_a.study.distributions.get(name)
         low, high = in_full(declared).support if declared else ANYWHERE
@@ -237,10 +243,7 @@ def _check(
 
 
 def _pairs(side_a: Side, side_b: Side | None, metrics: Iterable[str]) -> _Pairs:
-    """Return the points that are compared.
-
-    ChoiceError if there are none.
-    """
+    """Return the points that are compared. ChoiceError without such points."""
     if side_b is not None:
         shared_metrics(side_a, side_b, [*metrics])
         matching = match(side_a, side_b)
@@ -249,8 +252,8 @@ def _pairs(side_a: Side, side_b: Side | None, metrics: Iterable[str]) -> _Pairs:
     points = settings.index.to_numpy(dtype=object)
     if len(points) < 2:
         raise ChoiceError(
-            "it has one point, and a difference needs two: name another study, or"
-            " another point as STUDY:setting=value",
+            "a difference needs two points, but the study has one: name another study,"
+            " or another point as STUDY:parameter=value",
             side_a.study.name,
         )
     first = ", ".join(f"{name} = {value}" for name, value in settings.iloc[0].items())
@@ -260,7 +263,7 @@ def _pairs(side_a: Side, side_b: Side | None, metrics: Iterable[str]) -> _Pairs:
 
 
 def _settings(side: Side) -> pd.DataFrame:
-    """Return the parameters in which points differ, one row per point by its id.
+    """Return the parameters in which points differ, one row per point, by id.
 
     The rows have the order of trials.
     """
@@ -341,7 +344,7 @@ def _noticed(
 ) -> Needed:
     """Return the numbers that detect differences, in the order of contrasts.
 
-    Pairs and independent samples are computed each for themselves.
+    Pairs and independent samples are computed separately.
     """
     paired = np.array([contrast.paired for contrast in contrasts])
     n, low, high = np.full((3, len(contrasts)), np.nan)
@@ -365,7 +368,7 @@ def _known(values: "pd.Series[float]") -> Floats:
 
 
 def _now(side: Side, column: str) -> pd.DataFrame:
-    """Return the mean of each point with its confidence interval, by its id."""
+    """Return the mean of each point with its confidence interval, by id."""
     study = side.study
     trials = side.trials
     means = by_point(
@@ -403,8 +406,8 @@ def _check_pilot(rows: pd.DataFrame, study: str) -> None:
     if not (rows["values"] >= FEWEST).any():
         most = int(rows["values"].max()) if len(rows) else 0
         raise ChoiceError(
-            f"its points have at most {so_many(most, 'value')}, too few for a pilot;"
-            f' write "replicates: {2 * FEWEST}" (at least {FEWEST}) into its spec and'
-            " launch it again: only what is missing runs",
+            f"the points have at most {so_many(most, 'value')}, too few for a pilot;"
+            f' write "replicates: {2 * FEWEST}" (at least {FEWEST}) into the spec and'
+            " launch the study again: only missing trials run",
             study,
         )

@@ -1,4 +1,4 @@
-"""The entry of statistical power, and its command."""
+"""The entry of statistical power, with its command."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -73,8 +73,8 @@ def power(
     a : str
         The pilot, see `sweep.methods.comparison.side_of`.
     b : str, optional
-        Side B of differences, in the same form. By default the first point of A is
-        compared with each of the others.
+        Side B of differences, in the form of A. By default the first point of A is
+        compared with each further point of A.
     results : Location, default Path("results")
         Folder of stored studies.
     half_width, difference : list of str, optional

@@ -17,28 +17,27 @@ CAUTIONS = dict(
         CAVEATS,
         (
             f"fewer than {FEWEST} values: no answer",
-            "all values are equal, or all but one, and say nothing of their spread: no"
-            " answer",
-            "the pilot has no such event, nothing else, or no pair that differs: for a"
-            " rate that it allows",
-            f"fewer than {SMALL} values that are not normal: the chance may be lower"
-            " than promised, or the number far too large; a larger pilot tells more",
+            "all values are equal, or all but one, so the spread is unknown: no answer",
+            "the pilot has no event, only events, or no pair that differs: computed"
+            " for a rate that the pilot allows",
+            f"fewer than {SMALL} values that are not normal: the power may be lower"
+            " than stated, or the number far too large; use a larger pilot",
         ),
         strict=True,
     )
 )
 GOALS = {
-    "half width": "the 95 % interval of sweep table is as narrow as asked",
-    "difference": "sweep compare notices a true difference as large as asked",
+    "half width": "the 95 % confidence interval of sweep table is as narrow as asked",
+    "difference": "sweep compare detects a true difference as large as asked",
 }
-RANGE = "range: what the pilot leaves open (95 %)"
+RANGE = "range: 95 % uncertainty due to the size of the pilot"
 
 
 def power_report(power: Power) -> Report:
     """Return the replicates of each row, and notes on how to read the table.
 
-    A note names the row that needs most. In JSON, a number that is unknown or above a
-    million is null.
+    A note names the row with the largest number. In JSON, a number that is unknown or
+    above a million is null.
     """
     table = TextTable(
         columns=[
@@ -61,7 +60,7 @@ def _read(power: Power) -> Iterable[str]:
     """Yield lines on how to read the table."""
     for goal in power.rows["goal"].unique():
         yield (
-            f"with so many replicates {GOALS[goal]}, with a chance of"
+            f"with the listed replicates, {GOALS[goal]} with a probability of"
             f" {100.0 * power.chance:g} %"
         )
     yield RANGE
@@ -98,7 +97,7 @@ def _notes(power: Power) -> Iterable[str]:
         yield f"each against {power.against}"
     if power.tests > 1:
         yield (
-            f"all {power.tests:,} differences are judged together: each at"
+            f"all {power.tests:,} differences are tested together: each at"
             f" {5.0 / power.tests:.2g} %"
         )
     for row in power.worst():

@@ -1,6 +1,6 @@
 """The boundary in a stored study whose grid was refined.
 
-The mean of a metric crosses a level at the boundary, or changes most there.
+At the boundary, the mean of a metric crosses a level or changes most.
 """
 
 from collections.abc import Iterable
@@ -49,19 +49,21 @@ class Boundary(NamedTuple):
         The rule by which the study was refined.
     points : DataFrame
         One row per point, in the order of the plan: its group, the parameters by which
-        groups differ and the refined ones; the number of values, the mean, its interval
-        (low, high), simultaneous for all looks, and its side of the level: -1 below, 1
-        above, 0 if the interval includes the level.
+        groups differ, and the refined parameters. Then follow the number of values, the
+        mean, the bounds of its confidence interval (low, high), simultaneous for all
+        looks, and the side of the level: -1 below, 1 above, 0 if the interval includes
+        the level.
     cells : DataFrame
         One row per cell of the grid: its group, the parameters by which groups differ,
-        `<axis>_low` and `<axis>_high` of each refined axis, its state, one of STATES,
-        and why it is unresolved.
+        `<axis>_low` and `<axis>_high` of each refined axis, the state (an entry of
+        `STATES`), and the reason of an unresolved state.
     crossings : DataFrame or None
-        With one refined axis, one row per crossing of a group: low and high, the
-        nearest points that are known to be on either side; estimate, the estimated
-        place; direction, up or down; and resolved, True if the grid between low and
-        high is as fine as the rule demands. With `at: steepest`, one row per group,
-        whose direction is unknown if the ends do not differ. None for several axes.
+        With one refined axis, one row per crossing of a group. low and high are the
+        nearest points that are known to be on either side, and estimate is the
+        estimated position. direction is up or down. resolved is True if the grid
+        between low and high is as fine as the rule demands. With `at: steepest` there
+        is one row per group, whose direction is unknown if the ends do not differ. None
+        for several axes.
     """
 
     rule: Refinement
@@ -85,7 +87,7 @@ class Boundary(NamedTuple):
 
     @property
     def rows(self) -> pd.DataFrame:
-        """The crossings of one axis, else the cells at the boundary or not resolved."""
+        """The crossings of one axis, or the cells at the boundary or unresolved."""
         if self.crossings is not None:
             return self.crossings.drop(columns="group")
         known = self.cells["state"].isin(["above", "below"])
@@ -95,14 +97,14 @@ class Boundary(NamedTuple):
 def find_boundary(study: StoredStudy) -> Boundary:
     """Return the boundary of a study whose spec has `refine`.
 
-    A crossing along one axis is between `low` and `high` with the confidence of the
-    rule, if the mean crosses the level once: all looks at all points of the axis are
-    simultaneous. With several axes this is so along each line through the points.
-    ChoiceError if the spec has no `refine`.
+    With one axis, a crossing is between `low` and `high` with the confidence of the
+    rule, if the mean crosses the level once. All looks at all points of the axis are
+    simultaneous. With several axes the statement holds along each line through the
+    points. Raises ChoiceError if the spec has no `refine`.
     """
     record = study.about.sections.get("refine")
     if record is None:
-        raise ChoiceError('its grid is fixed; the spec has no "refine"', study.name)
+        raise ChoiceError('the grid is fixed; the spec has no "refine"', study.name)
     rule = from_json(record)
     groups, places = _places(study, rule)
     trials, values = _values(study, rule, list(places))
@@ -127,9 +129,9 @@ def find_boundary(study: StoredStudy) -> Boundary:
 def _places(
     study: StoredStudy, rule: Refinement
 ) -> tuple[pd.DataFrame, dict[str, Place]]:
-    """Return the parameters of groups, one row per group, and places of points by id.
+    """Return the parameters of groups, one row per group, and positions of points.
 
-    A point that is on no place of the rule has none.
+    Positions are by id of the point. A point without a position is left out.
     """
     fields = dict.fromkeys(
         name for axis in study.axes.values() for name in axis.settings
@@ -274,7 +276,7 @@ def _steepest(
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Return the cells between neighbouring points, and a row per group.
 
-    The row has the interval with the place where the mean changes most.
+    The row has the interval with the position at which the mean changes most.
     """
     ((_, scale),) = rule.scales.items()
     parts = list[pd.DataFrame]()
@@ -313,7 +315,7 @@ def _why_unresolved(
     cells: list[Cell],
     trials: Counts,
 ) -> str:
-    """Return why a peak is not known as well as the rule demands; "" if it is."""
+    """Return why a peak is less precise than the rule demands; "" if precise enough."""
     finest = not any(cell.parts(rule) for cell in cells)
     if finest and len(cells) <= steepest.WIDE and peak.rises is not None:
         return SEVERAL if peak.several else ""

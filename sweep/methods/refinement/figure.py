@@ -1,7 +1,7 @@
 """The phase diagram of a refined study: the boundary at which a mean crosses a level.
 
-With one refined axis a panel has the means against it and the crossings as bands. With
-two axes it has the cells of the grid.
+With one refined axis, a panel has the means against the axis, and the crossings as
+bands. With two axes, a panel has the cells of the grid.
 """
 
 from functools import partial
@@ -44,7 +44,7 @@ LOOKS: dict[str, dict[str, Any]] = {
     "boundary": {"facecolor": "0.25", "edgecolor": "white"},
     "unresolved": {"facecolor": "white", "edgecolor": "0.45", "hatch": "////"},
 }
-"""Style of cells by state; without colours they are light, dark and hatched."""
+"""Style of cells by state; without colours cells are light, dark and hatched."""
 
 
 class Phase(NamedTuple):
@@ -55,7 +55,7 @@ class Phase(NamedTuple):
     study : StoredStudy
     boundary : Boundary
     groups : dict
-        The parameters of each group of points in words, by its number. Each group is a
+        The parameters of each group of points in words, by number. Each group is a
         panel.
     """
 
@@ -67,11 +67,11 @@ class Phase(NamedTuple):
 def phase_figure(study: StoredStudy) -> Figure:
     """Plot the phase diagram of a study whose spec has `refine`.
 
-    With one refined axis: the mean against it with its confidence interval,
-    simultaneous for all looks; the level as a line; and each crossing as a band between
-    the nearest points that are known to be on either side. With two axes: the cells of
-    the grid, on one side of the level, at the boundary, or not resolved. Other
-    parameters that vary become panels.
+    With one refined axis, the figure shows the mean against the axis with its
+    confidence interval, simultaneous for all looks. The level is a line. Each crossing
+    is a band between the nearest points that are known to be on either side. With two
+    axes, the figure shows the cells of the grid: on a side of the level, at the
+    boundary, or unresolved. Further parameters that vary become panels.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def phase_figure(study: StoredStudy) -> Figure:
 
 
 def phase_layout(study: StoredStudy) -> Phase:
-    """Return the content of `phase_figure`. ChoiceError as there."""
+    """Return the content of `phase_figure`. Raises ChoiceError as `phase_figure`."""
     boundary = find_boundary(study)
     if len(boundary.rule.scales) > MOST_AXES:
         raise ChoiceError(
@@ -137,7 +137,7 @@ def draw_phase(layout: Phase) -> Figure:
 
 
 def _scaled(axes: Axes, scale: RefinedAxis, which: Literal["x", "y"]) -> None:
-    """Give an axis its scale, and ticks at the values of the spec if they fit."""
+    """Set the scale of an axis, and ticks at the values of the spec if these fit."""
     if scale.geometric:
         (axes.set_xscale if which == "x" else axes.set_yscale)("log")
     if len(scale.values) <= MOST_TICKS:
@@ -147,7 +147,7 @@ def _scaled(axes: Axes, scale: RefinedAxis, which: Literal["x", "y"]) -> None:
 
 
 def _curve(axes: Axes, layout: Phase, group: int) -> None:
-    """Draw the means of a group against the refined axis, and its crossings."""
+    """Draw the means of a group against the refined axis, and the crossings."""
     boundary = layout.boundary
     (name,) = boundary.rule.scales
     table = boundary.points[boundary.points["group"] == group].sort_values(name)
@@ -178,7 +178,7 @@ def _curve(axes: Axes, layout: Phase, group: int) -> None:
 
 
 def _cells(axes: Axes, layout: Phase, group: int) -> None:
-    """Draw the cells of a group, and its points."""
+    """Draw the cells and the points of a group."""
     boundary = layout.boundary
     x, y = boundary.rule.scales
     for _, cell in boundary.cells[boundary.cells["group"] == group].iterrows():
@@ -213,8 +213,8 @@ def _legend(layout: Phase, metric: str) -> tuple[list[Artist], list[str]]:
         Patch(facecolor=VERMILION, alpha=0.25),
     ]
     if boundary.rule.steepest:
-        return handles[1:], ["where the mean changes most, with its interval"]
-    return handles, [level, "crossing, with its interval"]
+        return handles[1:], ["where the mean changes most, with confidence interval"]
+    return handles, [level, "crossing, with confidence interval"]
 
 
 def _note(layout: Phase) -> str:
@@ -224,13 +224,13 @@ def _note(layout: Phase) -> str:
     left = boundary.cells[boundary.cells["state"] == "unresolved"]
     subject = "a band" if boundary.crossings is not None else "the boundary"
     statement = (
-        "a band has the place with"
+        "a band contains the position with"
         if rule.steepest
-        else f"{subject} lies between points on either side of {rule.level:g} with"
+        else f"{subject} is between points on either side of {rule.level:g} with"
     )
     text = (
         f"{len(boundary.points):,} points of {{n}} trials; {statement}"
-        f" {100.0 * rule.confidence:g} %, all of them together"
+        f" {100.0 * rule.confidence:g} % confidence, simultaneously"
     )
     for why, cells in left.groupby("why"):
         text += f"; {len(cells):,} of {len(boundary.cells):,} cells unresolved: {why}"
@@ -238,15 +238,15 @@ def _note(layout: Phase) -> str:
 
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
-    """Return one figure.
+    """Return a figure.
 
-    ChoiceError if the study has a fixed grid, or was not refined by a chosen metric.
+    Raises ChoiceError if the study has a fixed grid, or was refined by another metric.
     """
     layout = phase_layout(study)
     metric = layout.boundary.rule.metric
     if other := [name for name in choices.metrics if name.rstrip("+-") != metric]:
         raise ChoiceError(
-            f"is of {metric}, which refined the grid, and not of {', '.join(other)}",
+            f"shows {metric}, which refined the grid, and not {', '.join(other)}",
             study.name,
             "phase",
         )

@@ -1,4 +1,4 @@
-"""The entry of refinement, its section and its command."""
+"""The entry of refinement, with its section and its command."""
 
 from typing import TYPE_CHECKING
 
@@ -19,8 +19,8 @@ def boundary(
 
     At a phase boundary, the mean of a metric crosses a level. With one refined axis,
     each row is a crossing, between the nearest points that are clearly on either side.
-    With several refined axes, each row is a cell that contains the boundary, or that is
-    not resolved.
+    With several refined axes, each row is a cell that contains the boundary, or is
+    unresolved.
 
     Examples
     --------
@@ -34,7 +34,7 @@ def boundary(
 
 
 def figures() -> "dict[str, FigureKind]":
-    """Return the kinds of figures by their names."""
+    """Return the kinds of figures by name."""
     from sweep.methods.refinement.figure import KIND as PHASE
 
     return {"phase": PHASE}
@@ -49,7 +49,7 @@ def status(study: "StoredStudy") -> dict[str, str]:
 
 
 def unfinished(study: "StoredStudy") -> str:
-    """Return why more trials follow; "" if none do."""
+    """Return the reason for further trials; "" without further trials."""
     from sweep.methods.refinement.report import why_unfinished
 
     return why_unfinished(study)

@@ -11,7 +11,7 @@ from sweep.methods.refinement.rule import ABOVE, BELOW, UNKNOWN, Refinement
 from sweep.tables import MAX_ROWS, Report, StoredStudy, TextTable, brief, json_rows
 from sweep.text import so_many
 
-WORDS = {ABOVE: "above it", BELOW: "below it", UNKNOWN: "on a side that is not known"}
+WORDS = {ABOVE: "above", BELOW: "below", UNKNOWN: "on an unknown side"}
 
 
 def boundary_report(study: StoredStudy, boundary: Boundary) -> Report:
@@ -71,9 +71,13 @@ def _cell(value: Any) -> str:
 def _notes(study: StoredStudy, boundary: Boundary) -> Iterator[str]:
     rule = boundary.rule
     spent = so_many(study.plan.num_rows, "trial")
-    right = "the interval has the place" if rule.steepest else "all sides are right"
+    right = (
+        "the interval contains the position"
+        if rule.steepest
+        else "all sides are correct"
+    )
     yield (
-        f"along an axis {right} with {100.0 * rule.confidence:g} %;"
+        f"along an axis {right} with {100.0 * rule.confidence:g} % confidence;"
         f" {spent} of {rule.budget:,}"
     )
     left = boundary.cells[boundary.cells["state"] == "unresolved"]
@@ -91,18 +95,18 @@ def _nowhere(boundary: Boundary) -> Iterator[str]:
         at = [f"{name} = {brief(part[name].iloc[0])}" for name in boundary.settings]
         where = f"where {', '.join(at)}, " if at else ""
         yield (
-            f"{where}the mean crosses {boundary.rule.level:g} nowhere, as far as the"
-            f" grid can tell: {_sides(part)}"
+            f"{where}no crossing of {boundary.rule.level:g} found on this grid:"
+            f" {_sides(part)}"
         )
     if (more := len(groups) - MAX_ROWS) > 0:
-        yield f"so it is in {so_many(more, 'other group')}: --json has all"
+        yield f"{so_many(more, 'more group')} without a crossing: --json lists all"
 
 
 def _sides(points: pd.DataFrame) -> str:
     """Return the sides of the level on which points are, in words."""
     counts = points["side"].value_counts()
     if len(counts) == 1 and UNKNOWN not in counts:
-        return f"all {len(points):,} points lie {WORDS[counts.index[0]]}"
+        return f"all {len(points):,} points are {WORDS[counts.index[0]]}"
     return ", ".join(
         f"{so_many(int(counts[side]), 'point')} {words}"
         for side, words in WORDS.items()
@@ -122,7 +126,7 @@ def cells_in_words(study: StoredStudy) -> str:
 
 
 def why_unfinished(study: StoredStudy) -> str:
-    """Return why more trials follow, in words; "" if none do."""
+    """Return the reason for further trials, in words; "" without further trials."""
     if "refine" not in study.about.sections:
         return ""
     unresolved = (find_boundary(study).cells["state"] == "unresolved").any()

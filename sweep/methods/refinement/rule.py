@@ -5,18 +5,18 @@ which side of the level the mean of each point is, by a confidence interval that
 simultaneous for all looks (`sweep.analysis.sequential`). A point whose interval
 includes the level gets more trials.
 
-A cell is halved along each of its axes if it has points on both sides. It is also
-halved if it has points on one side, and a point that is not known after its last trial.
-A cell whose points are on one side is not divided, whatever happens within: the first
-grid must be as fine as the structures of interest. Neither is a cell without a known
-point: more points there would be decided by chance alone.
+A cell with points on the two sides is halved along each axis. A cell with points on one
+side, and a point that is not known after its last trial, is also halved. A cell whose
+points are on one side is not divided, whatever happens within: the first grid must be
+as fine as the structures of interest. A cell without a known point is not divided
+either: chance alone would decide more points there.
 
 So trials gather at the boundary. In a plane whose cells are a fraction h of its sides,
 the rule adds about 1 / h points, not 1 / h^2.
 
-A point is a tuple of integers, `Place`: the number of its group, and its place on each
-axis, counted in the finest possible steps. Points of different groups never share a
-cell. Cells follow from the present points: a cell is divided if all corners of its
+A point is a tuple of integers, `Place`: the number of the group, and the position on
+each axis, counted in the finest possible steps. Points of different groups never share
+a cell. Cells follow from the present points: a cell is divided if all corners of the
 parts are present. So cells can be computed again from stored points.
 """
 
@@ -42,7 +42,7 @@ DIGITS = 12
 MOST_HALVINGS = 20
 
 STEEPEST = "steepest"
-"""The value of `at` for the place where a mean changes most, instead of a level."""
+"""The value of `at` for the position at which a mean changes most, without a level."""
 BELOW = -1
 """The side of a mean below the level."""
 UNKNOWN = 0
@@ -98,16 +98,16 @@ class RefinedAxis:
 
     @property
     def step(self) -> int:
-        """The number of places from one value of the spec to the next."""
+        """The number of positions from a value of the spec to the next value."""
         return 1 << self.halvings
 
     @property
     def last(self) -> int:
-        """The last place."""
+        """The last position."""
         return (len(self.values) - 1) * self.step
 
     def at(self, place: int) -> float:
-        """Return the value at a place.
+        """Return the value at a position.
 
         >>> RefinedAxis((0.0, 1.0), halvings=2).at(3)
         0.75
@@ -125,7 +125,7 @@ class RefinedAxis:
         return float(round(between)) if self.integer else float(f"{between:.{DIGITS}g}")
 
     def place(self, value: float) -> int | None:
-        """Return the place with a value, None if there is none."""
+        """Return the position of a value; None if the value has no position."""
         number = bisect_right(self.values, value) - 1
         if number < 0 or value > self.values[-1]:
             return None
@@ -137,12 +137,12 @@ class RefinedAxis:
         return next((at for at in (low, high) if self.at(at) == value), None)
 
     def share(self, low: int, high: int) -> float:
-        """Return the distance of two places, as a fraction of the range.
+        """Return the distance of two positions, as a fraction of the range.
 
         Parameters
         ----------
         low, high : int
-            The two places.
+            The two positions.
 
         Returns
         -------
@@ -153,19 +153,20 @@ class RefinedAxis:
         return float((last - first) / (most - least))
 
     def middle(self, low: int, high: int, until: float) -> int | None:
-        """Return the place half-way between two places.
+        """Return the position half-way between two positions.
 
         Parameters
         ----------
         low, high : int
-            The two places.
+            The two positions.
         until : float
             The finest step, as a fraction of the range.
 
         Returns
         -------
         int or None
-            None if the two places are close enough, or no value is between theirs.
+            None if the two positions are close enough, or no value is between their
+            values.
         """
         place = (low + high) // 2
         if high - low < 2 or self.share(low, high) <= until * (1.0 + ROUNDING):
@@ -182,12 +183,13 @@ class Refinement:
     metric : str
         Column of the trials.
     at : float or str
-        The level that the mean crosses, or STEEPEST for the place where the mean
+        The level that the mean crosses, or STEEPEST for the position at which the mean
         changes most.
     scales : mapping
         The refined axes by name.
     until : float
-        A cell is halved until it is at most this fraction of the range of each axis.
+        The largest size of a cell, as a fraction of the range of each axis. Larger
+        cells are halved.
     least, most : int
         Fewest and most trials of a point.
     budget : int
@@ -218,13 +220,13 @@ class Refinement:
     def counted(self) -> str:
         """The trials of a spec that are counted, in words."""
         return (
-            "its first trials are counted; it adds others where the mean of"
+            "the first trials are counted; the rule adds trials where the mean of"
             f" {self.metric} {self.where}"
         )
 
     @property
     def looks(self) -> tuple[int, ...]:
-        """The numbers of trials after which a point is looked at."""
+        """The numbers of trials at each look at a point."""
         return looks(self.least, self.most)
 
     @property
@@ -232,8 +234,8 @@ class Refinement:
         """The confidence of the interval of a point at each look.
 
         All points along one axis share the probability of error (Bonferroni): points of
-        the grid, and two for each halving. A point errs on one side alone, so that it
-        has twice its share. The first call takes about a second.
+        the grid, and two for each halving. A point can err on one side only, so its
+        part of the probability doubles. The first call takes about a second.
         """
         missing = self._share * (1.0 - self.confidence)
         return nominal_confidence(self.looks, 1.0 - missing)
@@ -242,7 +244,7 @@ class Refinement:
     def _share(self) -> float:
         """The fraction of the probability of error that a point has.
 
-        With STEEPEST a point can err on both sides, and all points of the finest grid
+        With STEEPEST a point can err on either side, and all points of the finest grid
         may get trials.
         """
         scales = self.scales.values()
@@ -253,14 +255,14 @@ class Refinement:
 
     @property
     def steepest(self) -> bool:
-        """True if the boundary is the place where the mean changes most."""
+        """True if the boundary is the position at which the mean changes most."""
         return self.at == STEEPEST
 
     @property
     def level(self) -> float:
         """The level that the mean crosses.
 
-        With STEEPEST it is NaN, and so no mean is above or below it.
+        With STEEPEST the level is NaN, and so no mean is above or below.
         """
         return math.nan if isinstance(self.at, str) else self.at
 
@@ -279,7 +281,7 @@ class Refinement:
         )
 
     def as_json(self) -> dict[str, object]:
-        """Return the rule by the keys of a spec, and its scales."""
+        """Return the rule by the keys of a spec, with its scales."""
         scales = {
             name: {
                 "values": scale.values,
@@ -324,14 +326,14 @@ def from_json(record: Mapping[str, Any]) -> Refinement:
 
 
 class Cell(NamedTuple):
-    """A cell of the grid, by its lowest and its highest corner on all axes."""
+    """A cell of the grid, by the lowest and the highest corner on all axes."""
 
     low: Place
     high: Place
 
     @property
     def corners(self) -> list[Place]:
-        """All corners of the cell, once each."""
+        """All corners of the cell, without repetition."""
         pairs = zip(self.low, self.high, strict=True)
         return [*product(*(dict.fromkeys(pair) for pair in pairs))]
 
@@ -370,7 +372,7 @@ def first_cells(rule: Refinement, groups: int) -> Iterator[Cell]:
 
 
 def leaves(rule: Refinement, groups: int, present: Collection[Place]) -> list[Cell]:
-    """Return the cells that are not divided further, in their order.
+    """Return the cells that are not divided further, in order.
 
     Parameters
     ----------
@@ -378,7 +380,7 @@ def leaves(rule: Refinement, groups: int, present: Collection[Place]) -> list[Ce
     groups : int
         Number of groups of points.
     present : collection of Place
-        Places of all points. A cell of which a corner is not present is left out.
+        Positions of all points. A cell with a missing corner is left out.
 
     Returns
     -------
@@ -413,8 +415,8 @@ class SeenPoints(NamedTuple):
     side : array of int
         BELOW, UNKNOWN or ABOVE.
     further : array of int
-        Number of trials that the point gets from now on. It is the present number if
-        the point has had its last trial.
+        Number of trials of the point after the next round. The number does not change
+        if the point has had its last trial.
     """
 
     values: Counts
@@ -430,7 +432,8 @@ def look(
 ) -> SeenPoints:
     """Look at P points.
 
-    A point with fewer than two values gets no more trials: it might never have any.
+    A point with fewer than two values gets no more trials, which might also lack
+    values.
 
     Parameters
     ----------
@@ -476,7 +479,7 @@ def look(
 
 
 class Sides(NamedTuple):
-    """Sides of the points of C cells, (C,) each: True if any point of a cell is such.
+    """Sides of the points of C cells, (C,) each: True if any point of a cell qualifies.
 
     Attributes
     ----------
@@ -500,7 +503,8 @@ class Sides(NamedTuple):
     def crossed(self) -> NDArray[np.bool_]:
         """True for cells that the boundary goes through.
 
-        They have points on both sides of the level, or on one side and not known.
+        A crossed cell has points on the two sides of the level, or on one side and not
+        known.
         """
         unknown = self.unsure & ~self.open
         crossed: NDArray[np.bool_] = (self.above & self.below) | (
@@ -514,14 +518,13 @@ def sides_of(
 ) -> Sides:
     """Return the sides of all points in each cell.
 
-    Points on the edges of a cell count. They may be corners of smaller cells next to
-    it.
+    Points on the edges of a cell count, also corners of smaller neighbouring cells.
 
     Parameters
     ----------
     cells : sequence of Cell
     places : sequence of Place
-        Places of the points.
+        Positions of the points.
     observed : SeenPoints
         The last look, in the order of `places`.
     trials : array of int
@@ -556,7 +559,7 @@ def next_trials(
     observed: SeenPoints,
     allowed: Allowed,
 ) -> dict[Place, int]:
-    """Return the number of trials that points get from now on.
+    """Return the next number of trials of points that get trials.
 
     More trials of points that are not known come first, then halved cells, the largest
     cells first.
@@ -567,7 +570,7 @@ def next_trials(
     groups : int
         Number of groups of points.
     trials : mapping
-        Present number of trials by place.
+        Present number of trials by position.
     observed : SeenPoints
         The last look at the points, in the order of `trials`.
     allowed : callable
@@ -576,8 +579,8 @@ def next_trials(
     Returns
     -------
     dict
-        Numbers of trials by place, of points that get more and of new points. Empty if
-        the boundary is known as well as the rule demands, or the budget is spent.
+        Numbers of trials by position, of points that get more and of new points. Empty
+        if the boundary is as precise as the rule demands, or the budget is spent.
     """
     left = rule.budget - sum(trials.values())
     counts = np.fromiter(trials.values(), np.int64, len(trials))
@@ -603,9 +606,9 @@ def _halved(
     counts: Counts,
     allowed: Allowed,
 ) -> Iterator[list[Place]]:
-    """Yield the new points of each cell that is to be halved, largest cells first.
+    """Yield the new points of each cell to halve, largest cells first.
 
-    A cell is not halved if one of its new points is not allowed.
+    A cell is not halved if a new point is not allowed.
     """
     cells = leaves(rule, groups, trials)
     crossed = sides_of(cells, [*trials], observed, counts).crossed
@@ -636,11 +639,12 @@ class Crossing(NamedTuple):
     ----------
     group : int
     low, high : int
-        Places of the nearest points that are known to be on either side of the level.
+        Positions of the nearest points that are known to be on either side of the
+        level.
     estimate : float
         The estimated value of the axis at the crossing.
     rises : bool
-        True if the mean rises at the crossing, False if it falls.
+        True if the mean rises at the crossing, False if the mean falls.
     """
 
     group: int
@@ -653,7 +657,7 @@ class Crossing(NamedTuple):
 def crossings(
     rule: Refinement, places: Sequence[Place], observed: SeenPoints
 ) -> Iterator[Crossing]:
-    """Yield the crossings of each group, in their order, of a rule with one axis.
+    """Yield the crossings of each group, in order, of a rule with one axis.
 
     The estimate is where a straight line through the means of the points from `low` to
     `high` reaches the level.
@@ -663,7 +667,7 @@ def crossings(
     rule : Refinement
         A rule with one axis.
     places : sequence of Place
-        Places of the points, in any order.
+        Positions of the points, in any order.
     observed : SeenPoints
         The last look, in the order of `places`.
 
@@ -696,7 +700,7 @@ def _estimate(
 ) -> float:
     """Return the value at which a line through the means of points crosses the level.
 
-    It is always within the range of the points, even for noisy means.
+    The value is always within the range of the points, even for noisy means.
     """
     values = np.array([scale.at(place) for place in at])
     x = np.log(values) if scale.geometric else values

@@ -1,7 +1,7 @@
 """The section `refine` of a spec, for a grid that becomes finer at a boundary.
 
-The mean of a metric crosses a level there. All functions raise SpecError, with file and
-line, for values that are not allowed.
+At the boundary, the mean of a metric crosses a level. All functions raise SpecError,
+with file and line, for values that are not allowed.
 """
 
 import math
@@ -56,7 +56,7 @@ NUMBERS = ("float", "int")
 
 @dataclass(frozen=True)
 class LevelOrSteepest(Number):
-    """A level, or the word for the place where a mean changes most."""
+    """A level, or the word for the position at which a mean changes most."""
 
     @property
     def words(self) -> str:
@@ -64,7 +64,7 @@ class LevelOrSteepest(Number):
         return f"{super().words}, or {STEEPEST}"
 
     def read(self, entry: Entry) -> Any:
-        """Return the level or the word. SpecError if the value is neither."""
+        """Return the level or the word. SpecError for any further value."""
         if entry.value == STEEPEST:
             return STEEPEST
         if isinstance(entry.value, str):
@@ -84,7 +84,7 @@ class Refine:
         str,
         Key(
             Text("a name"),
-            "a recorded metric, or `<metric>_mean` for its last half",
+            "a recorded metric, or `<metric>_mean` for the second half",
             example=ANY_METRIC,
         ),
     ]
@@ -92,8 +92,8 @@ class Refine:
         float | str,
         Key(
             LevelOrSteepest(note="in the unit of the metric"),
-            "the level that its mean crosses; or steepest, for the place along one axis"
-            " where its mean changes most",
+            "the level that the mean crosses; or steepest, for the position along an"
+            " axis at which the mean changes most",
             example="0.5",
         ),
     ]
@@ -101,15 +101,15 @@ class Refine:
         tuple[str, ...],
         Key(
             ListOf(Text("an axis of `sweep`"), "axes of `sweep`"),
-            "which become finer there; each has numbers that are listed or on a grid",
+            "axes that become finer; each has a list of numbers or a grid",
             example="[n]",
         ),
     ]
     until: Annotated[
         float,
         Key(
-            Number(least=FINEST, below=1, note="a share of the range of an axis"),
-            "how near points come to each other along each axis",
+            Number(least=FINEST, below=1, note="a fraction of the range of an axis"),
+            "smallest distance of points along each axis",
             example="0.02",
         ),
     ]
@@ -117,10 +117,10 @@ class Refine:
         int | None,
         Key(
             Whole(LEAST_REPLICATES, MOST_TRIALS),
-            "most trials of a point, which has `replicates` at first and more as long"
-            " as the interval of its mean includes the level",
+            "most trials of a point: `replicates` at first, and more while the"
+            " confidence interval of the mean includes the level",
             name="max",
-            otherwise="as many as `replicates`",
+            otherwise="equal to `replicates`",
             example="80",
         ),
     ] = None
@@ -131,7 +131,7 @@ class Refine:
         float,
         Key(
             Number(least=0.5, most=0.99),
-            "with which a crossing along one axis is where it is said to be",
+            "confidence of each reported crossing along an axis",
             example="0.99",
         ),
     ] = 0.95
@@ -139,7 +139,7 @@ class Refine:
 
 KEY = Key(
     LaterSectionOf(Refine),
-    "where a mean crosses a level, the grid of `sweep` becomes finer",
+    "the grid of `sweep` becomes finer where a mean crosses a level",
     name="refine",
     otherwise="a fixed grid",
 )
@@ -166,13 +166,13 @@ def read_refine(root: Entry, context: SpecContext) -> Refinement | None:
         if continued_axis(context.axes or ()):
             raise entry.error(
                 'a study with "continue" takes no "refine": which points follow would'
-                " depend on chains that are not run yet"
+                " depend on chains that have not run yet"
             )
     with mistakes.noted():
         if values.get("at") == STEEPEST and len(values.get("axes", ())) > 1:
             raise entry.child("axes").error(
-                f"where a mean changes most is sought along one axis: at: {STEEPEST}"
-                " takes one; other axes of sweep become groups"
+                f'"at: {STEEPEST}" needs exactly 1 axis; further axes of "sweep" become'
+                " groups"
             )
     mistakes.check()
     if context.axes is None or context.replication is None:
@@ -206,7 +206,7 @@ def _check_metric(
     at = values["at"]
     if not support.low < at < support.high:
         raise entry.child("at").error(
-            f"{column} lies {support.words}, and its mean never crosses {at:g}"
+            f"{column} is {support.words}, so the mean never crosses {at:g}"
         )
 
 
@@ -216,13 +216,13 @@ def _check_trials(root: Entry, most: int | None, replication: Replication) -> No
     replicates = replication.replicates
     if entry is None:
         raise root.child("refine").error(
-            'needs "replicates": how many trials a point has at first'
+            'needs "replicates": the number of trials of a point at first'
         )
     more = most is not None and most != replicates
     least = LEAST_LOOK if more else LEAST_REPLICATES
     if replicates is None or replicates < least:
         raise entry.expected(
-            f'a whole number from {least}, as "refine" looks after so many trials of a'
+            f'an integer from {least}, because "refine" looks after {least} trials of a'
             " point"
         )
     if most is not None and most < replicates:
@@ -248,17 +248,17 @@ def _axis(entry: Entry, context: SpecContext) -> Axis:
         raise entry.error("a study that unites several designs cannot be refined")
     if list(axis.columns) != [name] or axis.sampler:
         raise entry.error(
-            f'"{name}" cannot be refined: it needs one setting whose values are listed'
-            " or on a grid"
+            f'"{name}" cannot be refined: the axis needs a single parameter with a list'
+            " of values or a grid"
         )
     if axis.when:
         raise entry.error(f'"{name}" cannot be refined: it has a condition, "when"')
     if context.settings[name].kind not in NUMBERS:
-        raise entry.error(f'"{name}" cannot be refined: its values are no numbers')
+        raise entry.error(f'"{name}" cannot be refined: the values are no numbers')
     values = axis.columns[name].tolist()
     if len(values) < 2 or sorted(values) != values:
         raise entry.error(
-            f'"{name}" cannot be refined: it needs at least two values, ascending'
+            f'"{name}" cannot be refined: the axis needs at least two ascending values'
         )
     return axis
 
@@ -290,8 +290,8 @@ def check_points(study: Study, rule: Refinement, points: int) -> None:
     if points * rule.least > rule.budget:
         raise study.document.error(
             (KEY.name, "budget"),
-            f"a budget of {rule.budget:,} trials is less than what the first points"
-            f" take: {points:,} points with {rule.least:,} trials each, at least"
+            f"a budget of {rule.budget:,} trials is too small for the first points:"
+            f" {points:,} points with {rule.least:,} trials each need at least"
             f" {points * rule.least:,}",
         )
 
@@ -304,13 +304,13 @@ def check_record(rule: dict[str, Any], plan: Mapping[str, Any]) -> None:
     columns = columns_of(plan["record"])
     scales = rule["scales"]
     if rule["metric"] not in columns:
-        raise ValueError(f'it refines by "{rule["metric"]}", which is not recorded')
+        raise ValueError(f'the refined metric "{rule["metric"]}" is not recorded')
     check_names("axis", list(scales), plan.get("axes", {}))
     if (
         not scales
         or math.prod(len(scale["values"]) for scale in scales.values()) > MOST_POINTS
     ):
-        raise ValueError("its refined axes have no values, or too many")
+        raise ValueError("the refined axes have no values, or too many")
     for name, scale in scales.items():
         values = scale["values"]
         ascending = all(value < next_ for value, next_ in pairwise(values))
@@ -325,22 +325,22 @@ def check_record(rule: dict[str, Any], plan: Mapping[str, Any]) -> None:
     if rule["at"] == STEEPEST:
         level = 0.0
         if len(scales) > 1:
-            raise ValueError("it seeks the steepest place along several axes")
+            raise ValueError("the rule seeks the steepest position along several axes")
     elif isinstance(rule["at"], str):
-        raise ValueError(f'it refines at "{shortened(rule["at"])}"')
+        raise ValueError(f'the rule refines at "{shortened(rule["at"])}"')
     else:
         level = rule["at"]
     numbers = (level, rule["until"], rule["confidence"])
     if not all(map(math.isfinite, numbers)) or not 0.0 < rule["until"] < 1.0:
-        raise ValueError("the numbers of its refinement are not allowed")
+        raise ValueError("the numbers of the refinement are not allowed")
     if not 2 <= rule["min"] <= rule["max"] or rule["budget"] > MOST_BEFORE:
-        raise ValueError("the numbers of trials of its refinement are not allowed")
+        raise ValueError("the numbers of trials of the refinement are not allowed")
     if not 0.0 < rule["nominal_confidence"] < 1.0:
         raise ValueError(f"nominal_confidence is {rule['nominal_confidence']}")
 
 
 def _strategy(study: Study, rule: Refinement, _results: Location | None) -> Any:
-    """Return the strategy of a study. The import of campaigns waits until here."""
+    """Return the strategy of a study. The call imports `sweep.campaigns`."""
     from sweep.methods.refinement.strategy import RefineStrategy
 
     return RefineStrategy(study, rule)

@@ -1,13 +1,13 @@
 """A grid that becomes finer where the mean of a metric changes most along an axis.
 
-The mean is assumed to be monotonic along the axis, and its slope to have one peak, such
-as the slope of a sigmoid. Let i < j < k be points. If the mean slope from i to j is
-known to be less than from j to k, the peak is not before i: there the slope would fall
-from i to k. If it is known to be more, the peak is not after k. So all triples together
-leave an interval that has the peak, if the confidence intervals of all points hold.
+The mean is assumed to be monotonic along the axis, and the slope to have one peak, such
+as the slope of a sigmoid. Let i < j < k be points, with the mean slopes a from i to j
+and b from j to k. If a < b is known, the peak is not before i: there the slope would
+fall from i to k. If a > b is known, the peak is not after k. So all triples together
+leave an interval with the peak, if the confidence intervals of all points hold.
 
-Each look narrows this interval. While it has more than WIDE cells, its points and their
-neighbours get more trials. Then its cells are halved.
+Each look narrows this interval. While the interval has more than WIDE cells, its points
+and their neighbours get more trials. Then its cells are halved.
 """
 
 from collections.abc import Mapping, Sequence
@@ -32,18 +32,18 @@ WIDE = 4
 
 
 class Peak(NamedTuple):
-    """The place in a group at which the mean changes most.
+    """The position in a group at which the mean changes most.
 
     Attributes
     ----------
     group : int
     low, high : int
-        Places that bound the interval of the peak.
+        Positions that bound the interval of the peak.
     estimate : float
         The estimated value of the axis at the peak.
     rises : bool or None
-        True if the mean rises along the axis, False if it falls. None if the two ends
-        of the axis are not known to differ.
+        True if the mean rises along the axis, False if the mean falls. None if the two
+        ends of the axis are not known to differ.
     several : bool
         True if triples contradict each other: the slope has several peaks, or a
         confidence interval does not hold.
@@ -70,7 +70,8 @@ def remaining(x: Floats, low: Floats, high: Floats) -> tuple[int, int] | None:
     Returns
     -------
     tuple of int or None
-        Numbers of the first and the last point; None if the peak can be nowhere.
+        Numbers of the first and the last point; None if no position of the peak
+        remains.
     """
     first = 0
     last = len(x) - 1
@@ -94,14 +95,14 @@ def remaining(x: Floats, low: Floats, high: Floats) -> tuple[int, int] | None:
 def peaks(
     rule: Refinement, places: Sequence[Place], observed: SeenPoints
 ) -> list[Peak]:
-    """Return the peak of each group, in their order.
+    """Return the peak of each group, in the order of groups.
 
     Parameters
     ----------
     rule : Refinement
         A rule with one axis.
     places : sequence of Place
-        Places of the points, in any order.
+        Positions of the points, in any order.
     observed : SeenPoints
         The last look, in the order of `places`. Points with fewer than two values do
         not count.
@@ -142,7 +143,7 @@ def _peak(
     if rises:
         left = remaining(x, low, high)
     elif rises is False:
-        # A falling mean, negated, rises. Its bounds change places.
+        # A falling mean, negated, rises. The bounds swap.
         mean = -mean
         left = remaining(x, -high, -low)
     first, last = left or (0, len(at) - 1)
@@ -170,9 +171,9 @@ def next_trials(
     observed: SeenPoints,
     allowed: Allowed,
 ) -> dict[Place, int]:
-    """Return the number of trials that points get from now on.
+    """Return the next number of trials of points that get trials.
 
-    The same as `next_trials` of `sweep.methods.refinement.rule`, with peaks in place of
+    As `next_trials` of `sweep.methods.refinement.rule`, with peaks in place of
     crossings.
 
     Parameters
@@ -182,7 +183,7 @@ def next_trials(
     groups : int
         Not used.
     trials : mapping
-        Present number of trials by place.
+        Present number of trials by position.
     observed : SeenPoints
         The last look at the points, in the order of `trials`.
     allowed : callable
@@ -191,8 +192,8 @@ def next_trials(
     Returns
     -------
     dict
-        Numbers of trials by place. It has nothing for a group whose peak is known as
-        well as the rule demands, or whose points have had their last trials.
+        Numbers of trials by position. Empty for a group whose peak is as precise as the
+        rule demands, or whose points have had their last trials.
     """
     left = rule.budget - sum(trials.values())
     requested = dict[Place, int]()

@@ -22,15 +22,16 @@ from sweep.spec import TORUS, Axis, Study, Value
 class RefineStrategy:
     """The strategy of a refined study.
 
-    It asks for the points of the grid first. After each look it asks for more trials of
-    points whose side is not known, and for points that halve a cell at the boundary, or
-    around the place where the mean changes most. SpecError if a design is not possible.
+    The first round has the points of the grid. Each look adds trials of points with an
+    unknown side, and points that halve a cell. The halved cells are at the boundary, or
+    around the position at which the mean changes most. SpecError if a design is not
+    possible.
     """
 
     grows = True
 
     def __init__(self, study: Study, rule: Refinement) -> None:
-        """Begin with the grid of a study and its rule."""
+        """Begin with the grid and the rule of a study."""
         self.study = study
         self.rule = rule
         self.grid = _Grid(study, rule)
@@ -40,7 +41,7 @@ class RefineStrategy:
         self.progress = Progress(points, rule.budget, settled=0)
 
     def rounds(self, look: Look) -> Iterator[Round]:
-        """Yield one round per look."""
+        """Yield a round per look."""
         rule = self.rule
         groups = len(self.grid.groups)
         values = np.empty(0)
@@ -77,17 +78,17 @@ def _counts(trials: dict[Place, int], places: Iterable[Place]) -> Counts:
 
 
 class _Grid:
-    """The grid of a study, which turns places into points.
+    """The grid of a study, which turns positions into points.
 
     Attributes
     ----------
     settings : list of str
-        The parameters by which groups differ: all that the spec varies, without the
-        refined ones.
+        The parameters by which groups differ: all varied parameters except the refined
+        parameters.
     groups : list of tuple
         Values of `settings` of each group.
     first : list of Place
-        Places of the points of the spec, ascending.
+        Positions of the points of the spec, ascending.
     """
 
     def __init__(self, study: Study, rule: Refinement) -> None:
@@ -117,11 +118,11 @@ class _Grid:
         )
 
     def design(self, places: Iterable[Place]) -> Design:
-        """Return the points at places, all of which are allowed."""
+        """Return the points at positions, all of which are allowed."""
         return expand(replace(self.study, axes=(self._axis([*places]),)))
 
     def allowed(self, places: Sequence[Place]) -> set[Place]:
-        """Return the places that no condition of the spec leaves out."""
+        """Return the positions that no condition of the spec leaves out."""
         if not self.study.require:
             return {*places}
         # One point that is known to be allowed keeps the design from being empty.
@@ -133,7 +134,7 @@ class _Grid:
         return {place for place, row in at if row in points}
 
     def _axis(self, places: Sequence[Place]) -> Axis:
-        """Return an axis with one row per place."""
+        """Return an axis with one row per position."""
         group, *along = zip(*places, strict=True)
         rows = [self.groups[number] for number in group]
         values: dict[str, list[Value]] = {

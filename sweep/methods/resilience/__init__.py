@@ -2,7 +2,7 @@
 
 analysis  retained performance, and recovery
 report    the analysis as a report
-method    its entry, and its command
+method    the entry of the method, with its command
 """
 
 import lazy_loader

@@ -1,7 +1,7 @@
 """Resilience of a stored study to failures of boids.
 
-Trials in which some boids fail are compared with those of the same seed and replicate
-in which none fails.
+Trials in which some boids fail are compared with trials of equal seed and replicate
+without failures.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,16 +24,17 @@ PARTS = ("kept", "recovered", "time")
 def resilience_rows(
     study: StoredStudy, metrics: str | Sequence[str] = (), *, within: float = 0.1
 ) -> pd.DataFrame:
-    """Return the resilience of each metric at each point at which boids fail.
+    """Return the resilience of each metric at each point with failing boids.
 
     Parameters
     ----------
     study : StoredStudy
-        `where` chooses among its points.
+        `where` chooses among the points.
     metrics : str or sequence of str, optional
         Names of recorded series; by default all.
     within : float, default 0.1
-        Fraction of the level by which a metric that has come back may differ from it.
+        Tolerance of a recovery: fraction of the level by which a recovered metric may
+        differ from the level.
 
     Returns
     -------
@@ -47,7 +48,7 @@ def resilience_rows(
     ------
     ChoiceError
         `within` is not between 0 and 1, no series is recorded, a metric is no recorded
-        series, or boids fail at all points or at none.
+        series, or boids fail at all points or at no point.
     """
     if not 0.0 < within < 1.0:
         raise ChoiceError(f"within must be between 0 and 1, not {within}", study.name)
@@ -57,14 +58,14 @@ def resilience_rows(
             words = unknown("recorded series", name, study.series_metrics)
             raise ChoiceError(words, study.name)
     if not names:
-        words = "no series are recorded: record: {series: [...]} in its spec does that"
+        words = "no series is recorded; add record: {series: [...]} to the spec"
         raise ChoiceError(words, study.name)
     trials = study.trials[study.trials["status"] == "done"]
     fail = trials[SHARE].to_numpy(np.float64) > 0.0
     if fail.all() or not fail.any():
-        words = "nobody fails" if not fail.any() else "some boids fail"
+        words = "no boid fails" if not fail.any() else "some boids fail"
         raise ChoiceError(
-            f"at all points {words}; the way out is sweep: {{{SHARE}: [0, 0.2]}}",
+            f"at all points {words}; compare with sweep: {{{SHARE}: [0, 0.2]}}",
             study.name,
         )
     return _rows(study, trials[fail], trials[~fail], names, within=within)
@@ -110,7 +111,7 @@ def _rows(
 
 
 def _key(trial: Mapping[Any, Any], alike: list[str]) -> tuple[object, ...]:
-    """Return the values that a trial has in common with its partner."""
+    """Return the values that a trial and its partner have in common."""
     return (*(trial[name] for name in alike), trial["replicate"])
 
 
@@ -122,7 +123,7 @@ def _pair(
     *,
     within: float,
 ) -> Recovery:
-    """Return how a metric of a trial recovers from the failure; NaN without a partner.
+    """Return the recovery of a metric after the failure; NaN without a partner.
 
     `failing` and `intact` are the series of the trial and of its partner.
     """

@@ -1,4 +1,4 @@
-"""The entry of resilience, and its command."""
+"""The entry of resilience, with its command."""
 
 from typing import TYPE_CHECKING, Annotated
 
@@ -39,7 +39,8 @@ def resilience(
     metric : list of str, optional
         Recorded series; by default all.
     within : float, default 0.1
-        Fraction of the level by which a metric that has come back may differ from it.
+        Tolerance of a recovery: fraction of the level by which a recovered metric may
+        differ from the level.
 
     Returns
     -------

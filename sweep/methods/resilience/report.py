@@ -22,7 +22,7 @@ def resilience_report(study: StoredStudy, rows: pd.DataFrame, within: float) -> 
     rows : DataFrame
         One row per point and metric, from `resilience_rows`.
     within : float
-        Fraction of the level by which a metric that has come back may differ from it.
+        Tolerance of a recovery, see `resilience_rows`.
 
     Returns
     -------
@@ -59,10 +59,10 @@ def _cells(row: "pd.Series[Any]", settings: Sequence[str]) -> list[str]:
 
 
 def _notes(rows: pd.DataFrame, within: float) -> Iterator[str]:
-    yield "kept: mean after the failure, divided by that of the same trial without"
+    yield "kept: mean after the failure, divided by the mean of the trial without"
     yield (
-        f"recovered: share of pairs that are within {within:.0%} of that level at the"
-        " end; time: from the failure until they stay there, of those"
+        f"recovered: fraction of pairs within {within:.0%} of the level without failure"
+        " at the end; time: from the failure to the lasting recovery"
     )
     if lack := int(rows["lack"].max()):
         yield f"up to {so_many(lack, 'trial')} left out, without partner or value"

@@ -1,11 +1,13 @@
 """Robustness of numerics: conclusions with other time steps, orders and searches.
 
 section   `validate`: the variants of a study that are run
-variants  specs of the variants, and their record in a plan
+variants  specs of the variants, with the record in a plan
+
 analysis  each conclusion in each variant
 report    the conclusions as a report
+
 figure    the conclusions as a figure
-method    the entry of the method, its section and its command
+method    the entry of the method, with section and command
 """
 
 import lazy_loader

@@ -1,11 +1,11 @@
-"""The conclusions of a study with other numerics.
+"""The conclusions of a study with different numerics.
 
-Variants have a shorter time step, another search for neighbours or another order of
-updates. `sweep validity STUDY` prints the result.
+Variants have a shorter time step, a different search for neighbours or a different
+order of updates. `sweep validity STUDY` prints the result.
 
-The conclusions are the signs of differences. Along each axis, and with all other axes
-unchanged, each point is compared with the first one, in the study and in each variant.
-All these differences are one family with simultaneous confidence intervals.
+The conclusions are the signs of differences. Along each axis, with all further axes
+unchanged, each point is compared with the first point, in the study and in each
+variant. All differences are one family with simultaneous confidence intervals.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -46,7 +46,7 @@ class Bits(NamedTuple):
     Attributes
     ----------
     trials : int
-        Number of trials with the same id in the study and in the variant.
+        Number of trials with equal ids in the study and in the variant.
     same : int
         Number of these trials with equal values of all metrics.
     """
@@ -56,7 +56,7 @@ class Bits(NamedTuple):
 
     @property
     def differ(self) -> bool:
-        """True if any trial has other values."""
+        """True if any trial has different values."""
         return self.same < self.trials
 
 
@@ -68,7 +68,7 @@ class Validity:
     ----------
     study : StoredStudy
     variants : mapping
-        The difference to the study in words, by the name of the variant.
+        The difference from the study in words, by the name of the variant.
     confidence : float
         Simultaneous confidence of all intervals.
     settings : list of str
@@ -76,9 +76,9 @@ class Validity:
     rows : DataFrame
         One row per conclusion and variant; the study itself comes first, as AS_IT_IS.
         Columns: metric and unit; axis; the parameters of the point; against, the point
-        that is subtracted, in words; variant; difference, with its simultaneous
-        confidence interval, low and high; p, adjusted for all rows; verdict, of the
-        point; outcome, one of OUTCOMES, "" for the study itself.
+        that is subtracted, in words; variant; difference, with the bounds low and high
+        of its simultaneous confidence interval; p, adjusted for all rows; verdict, of
+        the point; outcome, an entry of OUTCOMES, "" for the study.
     bits : mapping
         `Bits` by name, of variants whose trials should be identical.
     missing : mapping
@@ -97,8 +97,8 @@ class Validity:
     def conclusions(self) -> pd.DataFrame:
         """One row per conclusion, with the outcome of all variants together.
 
-        A conclusion turns if it turns in any variant. It survives if it survives in all
-        variants that judge it.
+        A conclusion turns if any variant turns it. A conclusion survives if it survives
+        in all variants that judge it.
         """
         keys = ["metric", "unit", "axis", *self.settings, "against"]
         in_variants = self.rows[self.rows["variant"] != AS_IT_IS]
@@ -118,10 +118,10 @@ def check_conclusions(
 ) -> Validity:
     """Check each conclusion of a study, whose spec has `validate`, in each variant.
 
-    A conclusion survives in a variant if both differences are known to have the same
-    sign. It turns if the signs are known to be opposite, and is not decided if a sign
-    is not known. Metrics that measure the change in one step are not judged with
-    another time step.
+    A conclusion survives in a variant if the two differences are known to have equal
+    signs. A conclusion turns if the signs are known to be opposite, and is not decided
+    if a sign is not known. Metrics that measure the change in one step are not judged
+    with a different time step.
 
     Parameters
     ----------
@@ -145,14 +145,14 @@ def check_conclusions(
         The spec has no `validate`, a metric is unknown, `confidence` is not allowed, or
         no two points differ along one axis alone.
     StoreError
-        A variant is not stored, or another spec has launched it.
+        A variant is not stored, or a different spec has launched the variant.
     """
     recorded = study.about.sections.get("validate")
     if recorded is None:
-        raise ChoiceError('it has no variants; the spec has no "validate"', study.name)
+        raise ChoiceError('no variants; the spec has no "validate"', study.name)
     if not 0.5 <= confidence < 1.0:
         raise ChoiceError(
-            f"confidence: {confidence:g}; allowed: from 0.5 to below 1, as 0.95"
+            f"confidence: {confidence:g}; allowed: from 0.5 to below 1, such as 0.95"
         )
     names = as_names(metrics) or study.metrics
     for name in names:
@@ -183,17 +183,18 @@ def check_conclusions(
 
 
 def _variant(study: StoredStudy, name: str, words: str) -> StoredStudy:
-    """Return a stored variant. StoreError if it is not stored, or has no trials."""
+    """Return a stored variant. StoreError if not stored, or without trials."""
     try:
         variant = StoredStudy(f"{study.name}/{name}", study.store.results)
     except StoreError as error:
         raise StoreError(
-            f"it is not stored with {words}: {error.reason}; launch it again",
+            f"the variant with {words} is not stored: {error.reason}; launch the study"
+            " again",
             study.name,
         ) from None
     if variant.trials.empty:
         raise StoreError(
-            f"no trial of it is stored with {words}; launch it again", study.name
+            f"no trial is stored with {words}; launch the study again", study.name
         )
     return variant
 
@@ -207,7 +208,7 @@ def _axis_settings(study: StoredStudy) -> list[str]:
 def _matched(study: StoredStudy, variant: StoredStudy) -> dict[str, str]:
     """Return the ids of the variant's points by the ids of the study's points.
 
-    Both have the same order. StoreError if the points do not match.
+    The two sets of points have equal orders. StoreError if the points do not match.
     """
     points = study.whole.points
     in_variant = variant.points
@@ -221,7 +222,7 @@ def _matched(study: StoredStudy, variant: StoredStudy) -> dict[str, str]:
         for name in unchanged
     ):
         raise StoreError(
-            f"{variant.name} has other points: launch the study again, and with it its"
+            f"{variant.name} has different points: launch the study again to run all"
             " variants",
             study.name,
         )
@@ -236,8 +237,8 @@ class _Along(NamedTuple):
     axes : list of str
         The axis of each pair.
     points : list of tuple of str
-        Ids of the first point along the axis, with the same values of all other axes,
-        and of another point.
+        Ids of two points that differ along this axis alone. The first id is of the
+        first point along the axis.
     """
 
     axes: list[str]
@@ -245,7 +246,7 @@ class _Along(NamedTuple):
 
 
 def _pairs(study: StoredStudy) -> _Along:
-    """Return all pairs of a study. ChoiceError if there is none."""
+    """Return all pairs of a study. ChoiceError without a pair."""
     axes = list[str]()
     points = list[tuple[str, str]]()
     settings = _axis_settings(study)
@@ -260,9 +261,7 @@ def _pairs(study: StoredStudy) -> _Along:
             points += [(str(first), str(point)) for point in rest]
             axes += [name] * len(rest)
     if not points:
-        raise ChoiceError(
-            "it has no two points that differ along one axis alone", study.name
-        )
+        raise ChoiceError("no two points differ along one axis alone", study.name)
     return _Along(axes, points)
 
 
@@ -292,7 +291,7 @@ def _brief(value: object) -> str:
 
 
 def _repeated(rows: pd.DataFrame, times: int) -> pd.DataFrame:
-    """Return a table with each row so many times, one after the other."""
+    """Return a table with each row repeated `times` times in a row."""
     return rows.loc[rows.index.repeat(times)].reset_index(drop=True)
 
 
@@ -306,8 +305,8 @@ def _judged(
 ) -> pd.DataFrame:
     """Return the differences of each conclusion in the study and in its variants.
 
-    All differences are one family. An identical variant has the differences of the
-    study, and so makes the family no larger.
+    All differences are a family. An identical variant has the differences of the study,
+    so the family does not become larger.
     """
     itself = {point: point for pair in pairs.points for point in pair}
     judged = {AS_IT_IS: [*_contrasts(study, itself, columns, pairs)]}
@@ -346,7 +345,7 @@ def _contrasts(
 def _enter_outcomes(rows: pd.DataFrame, unjudged: Sequence[Sequence[str]]) -> None:
     """Enter the column `outcome`, "" for the study itself.
 
-    `unjudged` has the metrics per variant that mean something else there.
+    `unjudged` has, per variant, the metrics with a different meaning in the variant.
     """
     per_conclusion = len(unjudged) + 1
     verdicts = rows["verdict"].to_numpy().reshape(-1, per_conclusion)
@@ -378,7 +377,7 @@ def _together(outcomes: set[str]) -> str:
 
 
 def _bits(study: StoredStudy, variant: StoredStudy) -> Bits | None:
-    """Return how many trials of a variant are identical.
+    """Return the number of identical trials of a variant.
 
     None for a variant that has no trial id in common with the study.
     """

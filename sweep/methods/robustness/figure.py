@@ -1,6 +1,7 @@
 """The figure of the conclusions of a study in its variants.
 
-It has one row per conclusion, with the difference in the study and in each variant.
+The figure has one row per conclusion, with the difference in the study and in each
+variant.
 """
 
 from functools import partial
@@ -62,10 +63,11 @@ class Conclusions(NamedTuple):
 def validity_figure(
     study: StoredStudy, metric: str, *, over: Over = "last", half: bool = False
 ) -> Figure:
-    """Plot the differences of each point to the first one along an axis in one metric.
+    """Plot the differences between each point and the first point along an axis.
 
-    Differences and their confidence intervals are those in the study and in each
-    variant of `validate`: time step, neighbour search and order of updates.
+    The figure shows the differences of one metric with confidence intervals, in the
+    study and in each variant of `validate`: time step, neighbour search and order of
+    updates.
 
     Parameters
     ----------
@@ -181,19 +183,19 @@ def _name(validity: Validity, row: "pd.Series[Any]") -> str:
 def _note(validity: Validity) -> str:
     counts = validity.study.trials["point"].value_counts().to_numpy(np.int64)
     text = (
-        "lines: intervals, all of which hold together with"
-        f" {100 * validity.confidence:g} % (Bonferroni); {{n}} trials a point"
+        f"lines: simultaneous {100 * validity.confidence:g} % confidence intervals"
+        " (Bonferroni); {n} trials per point"
     )
     for name, bits in validity.bits.items():
         text += (
-            f"; {validity.variants[name]}: {bits.same:,} of {bits.trials:,} trials have"
-            " the same bits"
+            f"; {validity.variants[name]}: {bits.same:,} of {bits.trials:,} trials"
+            " bitwise identical"
         )
     return select(validity.study).note(text, counts)
 
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
-    """Return one figure per metric. ChoiceError if the study has no variants."""
+    """Return a figure per metric. ChoiceError if the study has no variants."""
     columns = [(name, Column.read(name)) for name in choices.plain(study)]
     layouts = {
         name: validity_layout(study, column.metric, half=column.half)
@@ -205,4 +207,4 @@ def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
     ]
 
 
-KIND = FigureKind("whether conclusions hold with other numerics", (), plan)
+KIND = FigureKind("whether conclusions hold with different numerics", (), plan)

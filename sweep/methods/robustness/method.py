@@ -1,4 +1,4 @@
-"""The entry of conclusions with other numerics, its section and its command."""
+"""The entry of conclusions with different numerics, with section and command."""
 
 from typing import TYPE_CHECKING, Annotated
 
@@ -26,8 +26,7 @@ def validity(
 ) -> "Report":
     """Check whether conclusions depend on the numerics.
 
-    The spec needs `validate`: other time steps, another neighbour search and another
-    update order.
+    The spec needs `validate`: different time steps, neighbour search or update order.
 
     A conclusion is the sign of the difference between a point and the first point along
     an axis. Each conclusion survives, turns, or is not decided.
@@ -60,7 +59,7 @@ def validity(
 
 
 def figures() -> "dict[str, FigureKind]":
-    """Return the kinds of figures by their names."""
+    """Return the kinds of figures by name."""
     from sweep.methods.robustness.figure import KIND as VALIDITY
 
     return {"validity": VALIDITY}

@@ -1,4 +1,4 @@
-"""The report of the conclusions of a study with other numerics."""
+"""The report of the conclusions of a study with different numerics."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -69,7 +69,7 @@ def _cells(
 
 
 def _difference(row: "pd.Series[Any]") -> str:
-    """Return a difference with its interval in words; a dash if it is not judged."""
+    """Return a difference with its confidence interval in words; "-" if not judged."""
     if row["outcome"] == UNJUDGED:
         return "-"
     value, low, high = (float(row[name]) for name in ("difference", "low", "high"))
@@ -81,13 +81,13 @@ def _difference(row: "pd.Series[Any]") -> str:
 
 def _notes(validity: Validity) -> Iterator[str]:
     yield (
-        "differences of each point to the first one along an axis; all intervals hold"
-        f" together with {100 * validity.confidence:g} % (Bonferroni)"
+        "differences from the first point along an axis; simultaneous"
+        f" {100 * validity.confidence:g} % confidence intervals (Bonferroni)"
     )
     for name, bits in validity.bits.items():
         yield (
             f"{validity.variants[name]}: {bits.same:,} of"
-            f" {so_many(bits.trials, 'trial')} have the same bits"
+            f" {so_many(bits.trials, 'trial')} bitwise identical"
         )
     for name, missing in validity.missing.items():
         if missing:
@@ -95,7 +95,7 @@ def _notes(validity: Validity) -> Iterator[str]:
     left = validity.rows[validity.rows["outcome"] == UNJUDGED]
     if len(left):
         metrics = ", ".join(left["metric"].unique())
-        yield f"-: not judged, as another step changes what it measures: {metrics}"
+        yield f"-: not judged, because the time step changes the meaning of: {metrics}"
 
 
 def _summary(validity: Validity) -> str:

@@ -1,7 +1,7 @@
-"""The section `validate` of a spec: the other numerics with which a study runs again.
+"""The section `validate` of a spec: the variants of the numerics that run again.
 
-They are other time steps, another neighbour search and another order of updates. All
-functions raise SpecError, with file and line, for values that are not allowed.
+Variants have other time steps, another neighbour search or another order of updates.
+All functions raise SpecError, with file and line, for values that are not allowed.
 """
 
 import re
@@ -38,10 +38,10 @@ class StepParts(Content[int]):
     @property
     def words(self) -> str:
         """The allowed values, in words."""
-        return f"a share of the time step, 1, 1/2, 1/3 ... 1/{MOST_PARTS}"
+        return f"a fraction of the time step, 1, 1/2, 1/3 ... 1/{MOST_PARTS}"
 
     def read(self, entry: Entry) -> int:
-        """Return the number of parts. SpecError if it is not such a fraction."""
+        """Return the number of parts. SpecError if the value is not 1, 1/2, 1/3 ..."""
         value = entry.value
         if isinstance(value, str):
             numerator, _, parts = value.replace(" ", "").partition("/")
@@ -59,7 +59,7 @@ class StepParts(Content[int]):
         return {"anyOf": [share, {"type": "string", "pattern": "^ *1 */ *[0-9]+ *$"}]}
 
     def write(self, value: int) -> str | int:
-        """Return the number of parts as a spec has it."""
+        """Return the number of parts in the form of a spec."""
         return 1 if value == 1 else f"1/{value}"
 
 
@@ -73,11 +73,11 @@ class Validate:
     dt: Annotated[
         tuple[int, ...],
         Key(
-            ListOf(StepParts(), "shares of the time step"),
-            "shorter time steps, of a model whose equations are continuous in time. The"
-            " study is run with each: with more steps for the same time, and with"
-            " settings that act once in each step changed by their rules",
-            otherwise="that of the study alone",
+            ListOf(StepParts(), "fractions of the time step"),
+            "shorter time steps, for a model with equations that are continuous in"
+            " time. The study runs with each time step: with more steps for an equal"
+            " simulated time. Parameters that act once per step are rescaled",
+            otherwise="only the time step of the study",
             example="[1, 1/2, 1/4]",
         ),
     ] = ()
@@ -85,9 +85,9 @@ class Validate:
         str | None,
         Key(
             OneOf("search", (ALL_PAIRS,)),
-            "the study is run once more with a search for neighbours that looks at all"
-            " pairs of boids: it must give the same bits",
-            otherwise="through the grid alone",
+            "the study runs again with a neighbour search over all pairs of boids: the"
+            " results must be bitwise identical",
+            otherwise="only the search with the grid",
             example=ALL_PAIRS,
         ),
     ] = None
@@ -95,8 +95,8 @@ class Validate:
         str | None,
         Key(
             OneOf("orders of updates", (BOTH,)),
-            "the study is run once more with the other order of updates",
-            otherwise="that of the study alone",
+            "the study runs again with the opposite order of updates",
+            otherwise="only the order of the study",
             example=BOTH,
         ),
     ] = None
@@ -104,10 +104,10 @@ class Validate:
 
 KEY = Key(
     LaterSectionOf(Validate),
-    "with which other time steps, neighbour search and order of updates the study is"
-    " run again: `sweep validity` says whether its conclusions hold",
+    "different numerics for a repetition of the study: time steps, neighbour search and"
+    " order of updates. `sweep validity` reports whether the conclusions hold",
     name="validate",
-    otherwise="as it is alone",
+    otherwise="only the study itself",
 )
 
 
@@ -117,8 +117,8 @@ def read_validate(root: Entry, _context: SpecContext) -> Validate:
     section = read_section(Validate, entry)
     if {*section.dt} <= {1} and not section.search and not section.update:
         raise entry.error(
-            '"validate" changes nothing: give it a time step that is shorter, as'
-            " dt: [1/2], search: all_pairs or update: both"
+            '"validate" changes nothing: give a shorter time step, such as dt: [1/2],'
+            " search: all_pairs or update: both"
         )
     return section
 
@@ -146,21 +146,21 @@ def check_validate(root: Entry, section: Validate, context: SpecContext) -> None
     with mistakes.noted():
         if all(len(axis) < 2 for axis in context.axes or ()):
             raise entry.error(
-                'there is nothing to conclude: "validate" needs an axis of "sweep" with'
-                " at least two values, whose differences it looks at"
+                'there is nothing to conclude: "validate" compares the points along an'
+                ' axis of "sweep" with at least two values'
             )
     with mistakes.noted():
         if section.dt and time_step(context.settings) is None:
             raise entry.child("dt").error(
-                f"model {context.model} has no time step that could be shorter: none of"
-                " its settings says that its equations are continuous in time"
+                f"model {context.model} has no time step that could be shorter: no"
+                " parameter declares that the equations are continuous in time"
                 ' (InParts("time")); leave dt out'
             )
     with mistakes.noted():
         if section.update and UPDATE not in context.settings:
             raise entry.child("update").error(
-                f'model {context.model} has no setting "{UPDATE}", and so one order of'
-                " updates; leave update out"
+                f'model {context.model} has no parameter "{UPDATE}", and so a single'
+                " order of updates; leave update out"
             )
     mistakes.check()
 

@@ -1,8 +1,8 @@
-"""The variants of a study: the same study with other numerics, from `validate`.
+"""The variants of a study: a copy of the study with other numerics, from `validate`.
 
-They have shorter time steps, another search for neighbours, or another order of
+Variants have shorter time steps, another search for neighbours, or another order of
 updates. Each variant is a complete spec, and its study is stored in the folder of the
-first one.
+first study.
 """
 
 import copy
@@ -43,7 +43,7 @@ class UncutError(ValueError):
 
 
 def named_variants(study: Study, section: Validate) -> dict[str, str]:
-    """Return the difference of each variant in words, by its name."""
+    """Return the difference of each variant in words, by name."""
     step = time_step(study.settings)
     words = {name: f"{step} 1/{parts}" for name, parts in _shorter(section).items()}
     if section.search:
@@ -53,7 +53,7 @@ def named_variants(study: Study, section: Validate) -> dict[str, str]:
 
 
 def study_variants(study: Study, section: Validate) -> list[StudyVariant]:
-    """Return the variants of a study. One SpecError has all that is not possible."""
+    """Return the variants of a study. One SpecError reports all impossible variants."""
     words = named_variants(study, section)
     specs = list[tuple[str, str, dict[str, Any]]]()
     mistakes = Mistakes()
@@ -82,7 +82,7 @@ def in_parts(study: Study, parts: int) -> dict[str, Any]:
     """
     if time_step(study.settings) is None:
         raise UncutError(
-            f"model {study.model} has no time step that could be shorter: its equations"
+            f"model {study.model} has no time step that could be shorter: the equations"
             " are not continuous in time"
         )
     spec = _own(study)
@@ -91,7 +91,7 @@ def in_parts(study: Study, parts: int) -> dict[str, Any]:
         if used := sorted(expression.names & {*changed}):
             raise UncutError(
                 f'"{expression.text}" uses {" and ".join(used)}, which a shorter step'
-                " changes: it would mean something else"
+                " changes: the meaning would differ"
             )
     for name, setting in changed.items():
         _change(study, spec, name, setting, parts=parts)
@@ -114,8 +114,8 @@ def changed_by_steps(study: Study) -> dict[str, Setting]:
 def record_of(study: Study, section: Validate) -> list[dict[str, Any]]:
     """Return the record of the variants for a plan.
 
-    Each has its `name`, its difference in `words`, and `unjudged`, the metrics that
-    mean something else there.
+    Each record has `name`, the difference in `words`, and `unjudged`, the metrics with
+    a different meaning in the variant.
     """
     return [
         {"name": name, "words": words, "unjudged": unjudged(study, section, name)}
@@ -133,12 +133,12 @@ def check_record(record: list[dict[str, Any]], plan: Mapping[str, Any]) -> None:
     for variant in record:
         name = variant["name"]
         if "/" in name or why_no_name(name):
-            raise ValueError(f'no variant can be called "{shortened(name)}"')
+            raise ValueError(f'no variant can have the name "{shortened(name)}"')
         check_names("metric", variant["unjudged"], plan["record"])
 
 
 def unjudged(study: Study, section: Validate, variant: str) -> list[str]:
-    """Return the recorded metrics that mean something else in a variant.
+    """Return the recorded metrics with a different meaning in a variant.
 
     Parameters
     ----------
@@ -151,8 +151,8 @@ def unjudged(study: Study, section: Validate, variant: str) -> list[str]:
     -------
     list of str
         Empty unless the variant has shorter steps. Then the metrics that measure the
-        change in one step, and metrics derived from these or from parameters that
-        change with the step.
+        change in one step, and metrics derived from them or from parameters that change
+        with the step.
     """
     if variant not in _shorter(section):
         return []
@@ -196,13 +196,13 @@ def _updated(study: Study, spec: dict[str, Any], order: str) -> dict[str, Any]:
     if study.place_of(UPDATE) not in (None, ("fixed", UPDATE)):
         raise study.document.error(
             (KEY.name, "update"),
-            f'"{UPDATE}" varies in the study already: leave update out',
+            f'"{UPDATE}" already varies in the study: leave update out',
         )
     return spec | {"fixed": spec.get("fixed", {}) | {UPDATE: order}}
 
 
 def _cut(study: Study, name: str, parts: int) -> dict[str, Any]:
-    """Return the spec of a variant whose steps are cut. SpecError if they cannot be."""
+    """Return the spec of a variant with cut steps. SpecError if impossible."""
     place = (KEY.name, "dt")
     try:
         return in_parts(study, parts) | {"study": f"{study.name}/{name}"}
@@ -217,8 +217,8 @@ def _change(
 ) -> None:
     """Change a parameter in a spec to its value with cut steps.
 
-    UncutError if the value cannot be changed. NotAllowedError if the parameter cannot
-    have it, such as a number of steps that is too large.
+    UncutError if the value cannot be changed. NotAllowedError if the parameter does not
+    allow the new value, such as a number of steps that is too large.
     """
 
     def cut(value: Any) -> Value:
@@ -244,8 +244,8 @@ def _change(
         return
     if not _is_plain(axis, name):
         raise UncutError(
-            f'"{name}" changes with the step, and stands on an axis that has more than'
-            " a list or a grid of its values"
+            f'"{name}" changes with the step, but its axis has more than a list or a'
+            " grid of values"
         )
     spec["sweep"][name] = [cut(value) for value in axis.columns[name].tolist()]
 
@@ -253,7 +253,7 @@ def _change(
 def _zipped(spec: dict[str, Any], axis: Axis, name: str) -> dict[str, Any] | None:
     """Return the lists of an axis that varies several parameters together.
 
-    None if the values of the parameter are no such list.
+    None if the parameter has no list of values.
     """
     written = spec["sweep"].get(axis.name) if axis.place[0] == "sweep" else None
     zipped = written.get("zip") if isinstance(written, dict) else None

@@ -3,9 +3,10 @@
 section   `sizes`, an axis of flocks of several sizes
 analysis  curves of sizes, crossings, collapse and the state of each point
 report    the analysis as a report
+
 figure    curves of several sizes
-collapse  the curves, scaled so that they become one
-method    the entry of finite-size scaling, its section and its command
+collapse  the curves, scaled to a single curve
+method    the entry of finite-size scaling, with section and command
 """
 
 import lazy_loader

@@ -160,7 +160,7 @@ def finite_size_scaling(
     ----------
     study : StoredStudy
     metric : str, optional
-        The order parameter, a recorded series; by default the first one.
+        The order parameter, a recorded series; by default the first series.
     by : str, optional
         The control parameter; by default the only number that varies next to n and the
         parameters that change with n.
@@ -175,14 +175,15 @@ def finite_size_scaling(
     Raises
     ------
     ChoiceError
-        The study has one size, no series, or other parameters that vary; a name or
-        `burn_in` is not allowed; or fewer than two sizes have two points of two trials.
+        The study has a single size, no series, or further parameters that vary; a name
+        or `burn_in` is not allowed; or fewer than two sizes have two points of two
+        trials.
     """
     metric = _metric(study, metric)
     points = study.points
     if NUMBER not in points or points[NUMBER].nunique() < 2:
         raise ChoiceError(
-            'has flocks of one size; "sizes" in its spec gives several', study.name
+            'has flocks of a single size; add "sizes" to the spec', study.name
         )
     control = _control(study, by)
     samples = order_samples(study, metric)
@@ -221,7 +222,7 @@ def _metric(study: StoredStudy, metric: str | None) -> str:
     recorded = study.series_metrics
     if not recorded:
         raise ChoiceError(
-            "has recorded no series, of which an order parameter needs one; name it"
+            "has recorded no series, which an order parameter needs; add a series"
             ' under "record" in "series"',
             study.name,
         )
@@ -233,7 +234,7 @@ def _metric(study: StoredStudy, metric: str | None) -> str:
 
 
 def _control(study: StoredStudy, by: str | None) -> str:
-    """Return the control parameter, which must be the only one next to n."""
+    """Return the control parameter, which must be the only varied number next to n."""
     points = study.points
     varied = [
         name
@@ -248,20 +249,20 @@ def _control(study: StoredStudy, by: str | None) -> str:
     ]
     if by is not None and by not in numbers:
         raise ChoiceError(
-            unknown("number that varies beside n", by, numbers), study.name
+            unknown("number that varies next to n", by, numbers), study.name
         )
     if not numbers:
-        raise ChoiceError("varies no number beside n", study.name)
+        raise ChoiceError("varies no number next to n", study.name)
     if by is None and len(numbers) > 1:
         raise ChoiceError(
-            f"varies several numbers beside n, say by which: {', '.join(numbers)}",
+            f"varies several numbers next to n; choose from: {', '.join(numbers)}",
             study.name,
         )
     control = by or numbers[0]
     if points.duplicated([NUMBER, control]).any():
         more = ", ".join(name for name in varied if name != control)
         raise ChoiceError(
-            f"has several points of one n and {control}; choose with where: {more}",
+            f"has several points per n and {control}; choose with where: {more}",
             study.name,
         )
     return control
@@ -287,7 +288,7 @@ def _curves(
         curves.append(SizeCurve(n, length, x, tuple(samples[p] for p in rows.index)))
     if len(curves) < 2:
         raise ChoiceError(
-            "has no two sizes with two points of two trials that are done", study.name
+            "needs two sizes with two points of two done trials each", study.name
         )
     return tuple(curves), "side" if grows else NUMBER
 

@@ -1,4 +1,4 @@
-"""The figure of curves of several sizes, scaled so that they become one."""
+"""The figure of curves of several sizes, scaled to a single curve."""
 
 from functools import partial
 
@@ -28,15 +28,15 @@ def collapse_figure(
     """Plot the collapse of the mean order of several sizes.
 
     The mean of the order parameter, times L^(beta/nu), is plotted against the distance
-    of the control parameter from its critical value, times L^(1/nu). Each size has its
-    mark. The note has the exponents with their confidence intervals, and the quality of
-    the collapse.
+    of the control parameter from its critical value, times L^(1/nu). Each size has a
+    mark. The note has the exponents with confidence intervals, and the quality of the
+    collapse.
 
     Parameters
     ----------
     study : StoredStudy
     metric : str, optional
-        The order parameter, a recorded series; by default the first one.
+        The order parameter, a recorded series; by default the first series.
     by : str, optional
         The control parameter; by default the only number that varies next to n.
 
@@ -56,7 +56,7 @@ def collapse_figure(
 
 
 def collapsed(study: StoredStudy, scaling: Scaling) -> Scaling:
-    """Return the analysis. ChoiceError if its curves cannot be collapsed."""
+    """Return the analysis. ChoiceError if the curves cannot be collapsed."""
     if scaling.collapse.why:
         raise ChoiceError(
             f"cannot be collapsed: {scaling.collapse.why}", study.name, "collapse"
@@ -103,17 +103,16 @@ def _note(study: StoredStudy, scaling: Scaling) -> str:
     text = (
         f"{LENGTHS[scaling.length]}; {', '.join(estimates)};"
         f" S = {collapse.quality:.2g}, about 1"
-        " where curves differ by their errors alone; {n} trials a point, 95 % intervals"
+        " if curves differ by errors alone; {n} trials per point, 95 % confidence"
+        " intervals"
     )
     return select(study).note(text, scaling.states["trials"])
 
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
-    """Return one figure. ChoiceError if the curves cannot be collapsed."""
+    """Return a figure. ChoiceError if the curves cannot be collapsed."""
     scaling = collapsed(study, chosen(study, choices))
     return [Planned(scaling.metric, partial(draw_collapse, study, scaling))]
 
 
-KIND = FigureKind(
-    "the order of several sizes, scaled so that curves become one", ("x",), plan
-)
+KIND = FigureKind("the order of several sizes, scaled to a single curve", ("x",), plan)

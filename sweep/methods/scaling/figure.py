@@ -1,6 +1,6 @@
 """The figure of flocks of several sizes against a control parameter.
 
-It shows their order, its susceptibility and Binder's cumulant.
+The figure shows the order, the susceptibility and the Binder cumulant.
 """
 
 from functools import partial
@@ -38,16 +38,16 @@ WORDS = {
 def scaling_figure(
     study: StoredStudy, metric: str | None = None, by: str | None = None
 ) -> Figure:
-    """Plot the mean order, its susceptibility and Binder's cumulant of several sizes.
+    """Plot the mean order, the susceptibility and the Binder cumulant of several sizes.
 
-    Each size has a line with its confidence intervals. Bands show crossings of
-    cumulants of neighbouring sizes. Crosses show peaks of the susceptibility.
+    Each size has a line with confidence intervals. Bands show crossings of cumulants of
+    neighbouring sizes. Crosses show peaks of the susceptibility.
 
     Parameters
     ----------
     study : StoredStudy
     metric : str, optional
-        The order parameter, a recorded series; by default the first one.
+        The order parameter, a recorded series; by default the first series.
     by : str, optional
         The control parameter; by default the only number that varies next to n.
 
@@ -100,7 +100,7 @@ def _curves(axes: Axes, scaling: Scaling, name: str) -> None:
 
 
 def _peaks(axes: Axes, scaling: Scaling) -> None:
-    """Draw a cross at each peak, as wide and as high as its intervals."""
+    """Draw a cross at each peak, as wide and as high as the confidence intervals."""
     for number, peak in enumerate(scaling.peaks):
         if peak.why:
             continue
@@ -116,7 +116,7 @@ def _peaks(axes: Axes, scaling: Scaling) -> None:
 
 
 def _crossings(axes: Axes, scaling: Scaling) -> None:
-    """Draw a band for each crossing, and a line in it."""
+    """Draw a band for each crossing, and a line at the estimate."""
     for crossing in scaling.crossings:
         axes.axvspan(crossing.low, crossing.high, color=GREY, alpha=0.2, lw=0, zorder=0)
         axes.axvline(crossing.x, color=GREY, lw=0.8)
@@ -124,13 +124,14 @@ def _crossings(axes: Axes, scaling: Scaling) -> None:
 
 def _note(study: StoredStudy, scaling: Scaling) -> str:
     left = (
-        "the first half of each trial does"
+        "the first half of each trial"
         if scaling.burn_in is None
-        else f"the first {scaling.burn_in:,} steps do"
+        else f"the first {scaling.burn_in:,} steps"
     )
     text = (
-        f"{len(scaling.states):,} points of {{n}} trials, of which {left} not count;"
-        " 95 % intervals; susceptibility: n (<m²> - <m>²), cumulant: 1 - <m⁴> / 3<m²>²"
+        f"{len(scaling.states):,} points of {{n}} trials, without {left}; 95 %"
+        " confidence intervals;"
+        " susceptibility: n (<m²> - <m>²), cumulant: 1 - <m⁴> / 3<m²>²"
         f" of m = {scaling.metric.replace('_', ' ')}; crosses: where the susceptibility"
         " peaks; bands: where cumulants cross; transition:"
         f" {scaling.order.order} ({scaling.order.why})"
@@ -142,10 +143,9 @@ def _note(study: StoredStudy, scaling: Scaling) -> str:
 
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
-    """Return one figure.
+    """Return a figure.
 
-    ChoiceError if the study has no sizes, no series, or varies more than one other
-    number.
+    ChoiceError if the study has no sizes, no series, or varies several further numbers.
     """
     scaling = chosen(study, choices)
     return [Planned(scaling.metric, partial(draw_scaling, study, scaling))]

@@ -1,4 +1,4 @@
-"""The entry of finite-size scaling, its section and its command."""
+"""The entry of finite-size scaling, with section and command."""
 
 from typing import TYPE_CHECKING, Annotated
 
@@ -51,7 +51,7 @@ def scaling(
     ----------
     study : StoredStudy
     metric : str, optional
-        The order parameter, a recorded series; by default the first one.
+        The order parameter, a recorded series; by default the first series.
     by : str, optional
         The control parameter; by default the only number that varies next to n.
     burn_in : int, optional
@@ -73,7 +73,7 @@ def scaling(
 
 
 def figures() -> "dict[str, FigureKind]":
-    """Return the kinds of figures by their names."""
+    """Return the kinds of figures by name."""
     from sweep.methods.scaling.collapse import KIND as COLLAPSE
     from sweep.methods.scaling.figure import KIND as SCALING
 

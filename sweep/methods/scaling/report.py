@@ -104,7 +104,7 @@ def _notes(scaling: Scaling) -> Iterator[str]:
     """Yield the lines below the tables."""
     yield f"transition: {scaling.order.order} ({scaling.order.why})"
     if not scaling.crossings:
-        yield "cumulants of neighbouring sizes cross nowhere, as far as is told"
+        yield "no known crossing of the cumulants of neighbouring sizes"
     yield from _collapse(scaling)
     left = (
         "the first half"
@@ -112,11 +112,11 @@ def _notes(scaling: Scaling) -> Iterator[str]:
         else f"{so_many(scaling.burn_in, 'step')}"
     )
     yield (
-        f"{100.0 * scaling.confidence:g} % intervals between trials; {left} of each"
-        f" trial does not count; {LENGTHS[scaling.length]}"
+        f"{100.0 * scaling.confidence:g} % confidence intervals over trials; {left} of"
+        f" each trial discarded; {LENGTHS[scaling.length]}"
     )
     if scaling.left_out:
-        yield f"{so_many(scaling.left_out, 'trial')} left out: not done, or alone"
+        yield f"{so_many(scaling.left_out, 'trial')} left out: not done, or too few"
     yield from _states(scaling)
 
 
@@ -134,9 +134,8 @@ def _collapse(scaling: Scaling) -> Iterator[str]:
     yield f"collapse: {', '.join(estimates)}; quality S = {collapse.quality:.2g}"
     if collapse.quality > 2.0:
         yield (
-            "S is above 2: the curves do not collapse within their errors. Points far"
-            " from the transition and small sizes belong to no collapse: choose with"
-            " --where"
+            "S is above 2: the curves do not collapse within their errors. Exclude"
+            " small sizes, and points far from the transition, with --where"
         )
 
 
@@ -148,7 +147,7 @@ def _states(scaling: Scaling) -> Iterator[str]:
         places = _places(scaling, rows[["n", scaling.control]].to_numpy().tolist())
         yield f"not stationary: {len(rows)} of {total}, {why}: {places}"
     if flagged.empty:
-        yield f"nothing speaks against a steady state of the {total}"
+        yield f"no evidence against a steady state of the {total}"
     if states["tau"].notna().any():
         longest = states.sort_values("tau").iloc[-1]
         yield (

@@ -1,7 +1,7 @@
-"""Section `sizes` of a spec: flocks of several sizes, in worlds that grow with them.
+"""Section `sizes` of a spec: flocks of several sizes, in worlds that grow with n.
 
-It is an axis of the settings `n`, `width` and `height`, which vary together. All
-functions raise SpecError, with file and line, for values that are not allowed.
+The section is an axis of the parameters `n`, `width` and `height`, which vary together.
+All functions raise SpecError, with file and line, for values that are not allowed.
 """
 
 from dataclasses import dataclass
@@ -38,8 +38,8 @@ class Sizes:
     n: Annotated[
         tuple[int, ...],
         Key(
-            ListOf(Whole(1), "whole numbers from 1, ascending"),
-            "numbers of boids, two or more of them, ascending",
+            ListOf(Whole(1), "integers from 1, ascending"),
+            "two or more numbers of boids, ascending",
             example="[64, 256, 1024]",
         ),
     ]
@@ -47,16 +47,16 @@ class Sizes:
         Kept,
         Key(
             OneOf("quantity to keep", get_args(Kept)),
-            "density: `width` and `height` grow with the root of `n`; box: they stay",
+            "density: `width` and `height` grow with the root of `n`; box: constant",
             example="box",
         ),
     ] = "density"
     density: Annotated[
         float | None,
         Key(
-            Number(above=0, note="boids in a unit of area"),
-            "that all worlds have; their shape is that of the preset",
-            otherwise="that of the preset, its n in its width and height",
+            Number(above=0, note="boids per unit of area"),
+            "density of all worlds; the shape of a world comes from the preset",
+            otherwise="density of the preset: n per width times height",
             example="0.4",
         ),
     ] = None
@@ -64,15 +64,15 @@ class Sizes:
 
 KEY = Key(
     LaterSectionOf(Sizes),
-    "an axis of flocks of several sizes, in worlds that grow with them; it is"
-    " multiplied with those of `sweep`, and stands before them",
+    "an axis of flocks of several sizes, in worlds that grow with `n`; combined with"
+    " the axes of `sweep`, as the first axis",
     name="sizes",
     otherwise="none",
 )
 
 
 def read_sizes(root: Entry, _context: SpecContext) -> Sizes:
-    """Return the section, each value checked alone."""
+    """Return the section, with separate checks of each value."""
     entry = root.child(KEY.name)
     section = read_section(Sizes, entry)
     if len(section.n) < 2 or sorted({*section.n}) != [*section.n]:
@@ -94,7 +94,7 @@ def _axis(root: Entry, section: Sizes, context: SpecContext) -> Axis:
 
 
 def _columns(entry: Entry, section: Sizes, context: SpecContext) -> dict[str, Values]:
-    """Return the values of each setting, row by row.
+    """Return the values of each parameter, row by row.
 
     sqrt(n / density) is the side of a square world, with results identical to an
     expression under `derive`.
@@ -107,7 +107,7 @@ def _columns(entry: Entry, section: Sizes, context: SpecContext) -> dict[str, Va
     if section.keep == "density":
         boids, width, height = (float(preset[name]) for name in (NUMBER, *SIDES))
         density = section.density or boids / (width * height)
-        with np.errstate(over="ignore", invalid="ignore"):  # refused as what they are
+        with np.errstate(over="ignore", invalid="ignore"):  # rejected below
             areas = n / density
             numbers["width"] = np.sqrt(areas * (width / height)).tolist()
             numbers["height"] = np.sqrt(areas * (height / width)).tolist()
@@ -122,15 +122,15 @@ def _columns(entry: Entry, section: Sizes, context: SpecContext) -> dict[str, Va
 
 
 def _check(root: Entry, section: Sizes, context: SpecContext) -> None:
-    """Raise SpecError if worlds cannot grow, as the map of a trial has a size."""
+    """Raise SpecError if worlds cannot grow, because the map of a trial has a size."""
     if section.keep != "density":
         return
     for name in _maps_used(context):
         drawn = context.maps.get(name) or context.known.known.maps[name]
         if drawn.size:
             raise root.child(KEY.name).error(
-                f'the map "{name}" has a width and a height of its own, which cannot'
-                ' grow with n: choose a map without, or write "keep: box"'
+                f'the map "{name}" has a fixed width and height, which cannot grow with'
+                ' n: choose a map without a size, or write "keep: box"'
             )
 
 

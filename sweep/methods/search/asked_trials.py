@@ -1,12 +1,13 @@
 """The table of the candidates of a search, which is stored with the plan.
 
-If it is lost, the same search writes it again. It has one row per block and scenario of
-a candidate:
+If the table is lost, a repetition of the search writes the table again. The table has a
+row per block and scenario of a candidate:
 
     run        "search", "repetition 1", "random 1" and so on, or "references"
     phase      "search" or "held_out"; a held-out row has the run that it judges
-    candidate  its number in the order asked in the run; the index of a reference
-    batch      -1 if there is none
+
+    candidate  number in the order asked in the run; the index of a reference
+    batch      -1 without batches
     block
     scenario
     trial_id
@@ -30,7 +31,7 @@ from sweep.store import SEARCH_AGAIN, Location, Store, metadata, plan_provenance
 from sweep.tables import StoredStudy
 
 ABOUT = b"search"
-"""Key of the description of the search in the metadata of that table, as JSON."""
+"""Key of the description of the search in the metadata of the table, as JSON."""
 
 SHAPE = {
     "parameters": [str],
@@ -65,10 +66,10 @@ class AskedTrials:
         The rows, each with the status, parameters and metric columns of its trial. The
         status is "missing" if the trial is not stored.
     description : dict
-        "parameters" and "ranges", "objectives" and "constraints" as their `as_json`
-        returns them, "references", "budget", "sampler" and "options", "batch", "level",
-        "scenarios", "repetitions", and "finished". By run: "blocks" (the most that a
-        candidate gets), "rejected" and "repeated" (numbers of proposals).
+        "parameters" and "ranges", "objectives" and "constraints" as returned by
+        `as_json`, "references", "budget", "sampler" and "options", "batch", "level",
+        "scenarios", "repetitions", and "finished". By run: "blocks" (the largest number
+        of a candidate), "rejected" and "repeated" (numbers of proposals).
     distributions : mapping
         Distribution of the values of each column.
     """
@@ -79,10 +80,10 @@ class AskedTrials:
 
 
 def stored_repetitions(study: Study, results: Location) -> int:
-    """Return the number of repetitions of the stored search of this very spec.
+    """Return the number of repetitions of a stored search with an identical spec.
 
-    So the same command resumes the search. The number is 0 if another spec, or nothing
-    that can be read, is stored. Comments do not make another spec.
+    So a repeated command resumes the search. The number is 0 if a different spec, or
+    nothing readable, is stored. Comments do not change a spec.
     """
     store = Store(results / study.name, results)
     try:
@@ -93,7 +94,7 @@ def stored_repetitions(study: Study, results: Location) -> int:
         description = _description(store, search_table)
         spec = plan_provenance(plan, store.folder / PLAN)["spec"]
         stored = parse_document(spec, study.path).value
-    except UserError:  # the launch says what is wrong, or writes it anew
+    except UserError:  # the launch reports the cause, or writes the table again
         return 0
     current = parse_document(study.text, study.path).value
     repetitions = description.get("repetitions")
@@ -107,14 +108,14 @@ def stored_repetitions(study: Study, results: Location) -> int:
 def read_asked(study: StoredStudy) -> AskedTrials:
     """Return the table of a stored search, with its trials.
 
-    Raises ChoiceError if the study is not a search, or if `where` has restricted it.
-    Raises StoreError for a statistic or a distribution that is not known here.
+    Raises ChoiceError if the study is not a search, or if `where` has restricted the
+    study. Raises StoreError for a statistic or a distribution that is not known here.
     """
     search_table = study.store.read_asked()
     if search_table is None:
         raise ChoiceError("not a search", study.name)
     if study.restricted:
-        raise ChoiceError("a search is a whole: ask it before where", study.name)
+        raise ChoiceError("a search cannot be restricted by where", study.name)
     description = _description(study.store, search_table)
     _check_known(study.store.folder / PLAN, description)
     metrics = columns_of(study.metrics)
@@ -149,7 +150,7 @@ def asked_objectives(study: StoredStudy) -> list[Objective]:
 def _description(store: Store, search_table: pa.Table) -> dict[str, Any]:
     """Return the description of a search from the metadata of its table.
 
-    Raises StoreError if there is none of this form.
+    Raises StoreError if the description is missing or invalid.
     """
     return metadata(
         search_table.schema, ABOUT, SHAPE, store.folder / PLAN, remedy=SEARCH_AGAIN
@@ -159,7 +160,7 @@ def _description(store: Store, search_table: pa.Table) -> dict[str, Any]:
 def _check_known(file: Location, description: Mapping[str, Any]) -> None:
     """Raise StoreError if a search uses an unknown statistic or distribution.
 
-    The table may come from anyone.
+    The table may come from an untrusted source.
     """
     sections = (*description["objectives"], *description["constraints"])
     statistics = {section["statistic"] for section in sections} - STATISTICS.keys()
@@ -170,6 +171,6 @@ def _check_known(file: Location, description: Mapping[str, Any]) -> None:
     ):
         if names:
             raise StoreError(
-                f'{file}: there is no {kind} "{min(names)}" here; enter it, or'
+                f'{file}: there is no {kind} "{min(names)}" here; register it, or'
                 f" {SEARCH_AGAIN}"
             )

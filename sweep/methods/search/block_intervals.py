@@ -1,7 +1,7 @@
 """Estimates of objectives from blocks of trials, with confidence intervals.
 
-The trials of a block share their seed. So whole blocks are independent of each other,
-and whole blocks are resampled.
+The trials of a block share a seed. So whole blocks are independent of each other, and
+whole blocks are resampled.
 """
 
 from functools import partial
@@ -23,14 +23,14 @@ def block_interval(
 ) -> Interval:
     """Return the statistic of an objective with its confidence interval over blocks.
 
-    The interval of a mean follows from the block means, by the distribution of their
+    The interval of a mean follows from the block means, by the distribution of the
     metric, see `sweep.analysis.MeanEstimate`. A CVaR has a BCa bootstrap interval over
-    blocks, a quantile a percentile one. The latter two are too narrow if few blocks are
-    in the tail. For normal values, intervals of 95 % were measured to cover a CVaR of
-    0.2 in 78 % with 20 blocks and in 90 % with 40. They cover a quantile of 0.1 in 88
-    and 92 %. The worst of some values has no interval, NaN: how bad it can get is not
-    known from them, and a resample cannot be worse than they are (Bickel and Freedman
-    1981, Ann. Stat. 9, 1196-1217, section 6).
+    blocks, a quantile a percentile interval. Bootstrap intervals are too narrow if few
+    blocks are in the tail. For normal values, intervals of 95 % were measured to cover
+    a CVaR of 0.2 in 78 % with 20 blocks and in 90 % with 40. The intervals cover a
+    quantile of 0.1 in 88 and 92 %. The worst of some values has no interval, NaN. The
+    values do not bound the true worst value. A resample cannot be worse than the values
+    (Bickel and Freedman 1981, Ann. Stat. 9, 1196-1217, section 6).
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def difference_interval(
     second: Floats | None,
     confidence: float = CONFIDENCE,
 ) -> Interval:
-    """Return the difference of a statistic between paired blocks, as `block_interval`.
+    """Return the difference of a statistic between paired blocks; see `block_interval`.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def difference_interval(
     first : array of float
         Values, shape (blocks, scenarios).
     second : array of float, optional
-        Values to subtract, of the same blocks. Without it, the statistic is that of
+        Values to subtract, of equal blocks. Without `second`, the statistic is of
         `first` alone.
     confidence : float, default CONFIDENCE
         Confidence level.
@@ -73,7 +73,7 @@ def difference_interval(
     Returns
     -------
     Interval
-        Statistic of `first` minus that of `second`.
+        Statistic of `first` minus statistic of `second`.
     """
     value = objective.value(first) - (
         0.0 if second is None else objective.value(second)
@@ -107,7 +107,7 @@ def difference_interval(
 def _resampled(
     drawn: Floats, sides: Floats, objective: Objective, axis: int = -1
 ) -> Floats:
-    """Return the statistic of the first side minus that of the second, per resample.
+    """Return the statistic of the first side minus the second side, per resample.
 
     `drawn` has the numbers of the blocks of each resample, shape (..., n).
     """

@@ -18,10 +18,10 @@ PROBES = 100
 
 
 class Candidate:
-    """One set of values of the parameters of a search. Trials are made on demand.
+    """A set of values of the parameters of a search. Trials are made on demand.
 
-    Raises SpecError if the spec rejects it in any scenario: by `require`, or because
-    parameters are not compatible.
+    Raises SpecError if the spec rejects the candidate in any scenario: by `require`, or
+    because parameters are not compatible.
     """
 
     def __init__(self, study: Study, values: Mapping[str, Value]) -> None:
@@ -53,22 +53,22 @@ class Candidate:
 
     @property
     def points(self) -> tuple[str, ...]:
-        """Ids of its points, one per scenario; they identify the candidate."""
+        """Ids of the points, one per scenario; the ids identify the candidate."""
         return tuple(self.jobs.points)
 
 
 def section_of(study: Study) -> Search:
-    """Return the search of a study. Raises SpecError if it has none."""
+    """Return the search of a study. Raises SpecError for a study without a search."""
     search: Search | None = study.sections.get("search")
     if search is None:
         raise study.document.error(
-            (), 'has no "search" section: run it with "sweep launch"'
+            (), 'has no "search" section: run the study with "sweep launch"'
         )
     return search
 
 
 def check_candidates(study: Study) -> None:
-    """Raise SpecError if none of PROBES random candidates is possible.
+    """Raise SpecError if all of PROBES random candidates are impossible.
 
     `require` is left out, so that the error is about parameters that are not
     compatible.
@@ -88,7 +88,7 @@ def check_candidates(study: Study) -> None:
 def references(study: Study) -> list[Candidate]:
     """Return the references of a search, in the order of its spec.
 
-    Raises SpecError if one is not possible.
+    Raises SpecError if a reference is not possible.
     """
     return [_reference(study, name) for name in section_of(study).references]
 
@@ -98,7 +98,7 @@ def _reference(study: Study, name: str) -> Candidate:
         return Candidate(study, section_of(study).references[name])
     except SpecError as error:
         raise study.document.error(
-            ("search", "references", name), f'reference "{name}" cannot be: {error}'
+            ("search", "references", name), f'reference "{name}" is impossible: {error}'
         ) from None
 
 
@@ -129,7 +129,7 @@ def sampler_seed(study: Study) -> int:
 def repeated(study: Study, kind: int, number: int) -> Study:
     """Return the study of a repetition of a search, or of a random search.
 
-    All of its random numbers differ.
+    All random numbers of the study differ.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ def repeated(study: Study, kind: int, number: int) -> Study:
 def held_out(study: Study) -> Study:
     """Return the study of the held-out trials.
 
-    No search of the study uses its seed, so that its replicates are new to every run.
+    No search of the study uses the new seed, so that replicates are new to every run.
     """
     taken = {study.seed, *(study.seeds or ())}
     seed = next(

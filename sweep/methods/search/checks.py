@@ -1,6 +1,6 @@
-"""Checks of the parts of a search section together.
+"""Joint checks of the parts of a search section.
 
-All functions raise SpecError, with file and line, if parts do not suit each other.
+All functions raise SpecError, with file and line, if parts are not compatible.
 """
 
 from sweep.methods.search.known_samplers import SEARCH_SAMPLERS
@@ -31,7 +31,7 @@ def check_trials(document: Document, search: Search, repetitions: int) -> None:
     Parameters
     ----------
     document : Document
-        The error has the line of the budget in it.
+        Document of the spec, for the line of the budget.
     search : Search
     repetitions : int
         Number of repetitions of the search.
@@ -42,8 +42,8 @@ def check_trials(document: Document, search: Search, repetitions: int) -> None:
         again = f" and its {repetitions:,} repetitions" if repetitions else ""
         raise document.error(
             ("search", "budget"),
-            f"the search{again} could come to {most:,} trials, of which {held_out:,} on"
-            f" held-out seeds; at most {MOST_SEARCHED:,} are allowed: lower budget,"
+            f"the search{again} may need {most:,} trials, of which {held_out:,} on"
+            f" held-out seeds; at most {MOST_SEARCHED:,} are allowed: reduce budget,"
             " held_out or the number of scenarios",
         )
 

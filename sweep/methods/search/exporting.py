@@ -1,4 +1,4 @@
-"""A search as a study of optuna, in any of its storages, for dashboard and plots."""
+"""A search as a study of optuna, in any storage of optuna, for dashboard and plots."""
 
 import os
 from collections.abc import Iterator
@@ -37,35 +37,35 @@ if TYPE_CHECKING:
 def export(study: StoredStudy, url: str, name: str | None = None) -> str:
     """Write the main search into a storage of optuna.
 
-    Candidates with most blocks are complete trials there, so that the best one of
-    optuna is our winner. The others are pruned trials, and failed ones have failed.
-    With one objective, the intermediate values of a trial are the estimates after 1, 2,
-    ... blocks. User attributes are candidate, batch, status, blocks, trial_ids, and for
-    judged candidates held_out.
+    Candidates with most blocks are complete trials of optuna, so that the best trial of
+    optuna is the winner of the search. Failed candidates are failed trials, and all
+    further candidates are pruned trials. With one objective, the intermediate values of
+    a trial are the estimates after 1, 2, ... blocks. User attributes are candidate,
+    batch, status, blocks, trial_ids, and for judged candidates held_out.
 
     Parameters
     ----------
     study : StoredStudy
         The stored search.
     url : str
-        URL of the database, such as `sqlite:///gains.db`. Its password is the value of
+        URL of the database, such as `sqlite:///gains.db`. The password is the value of
         the variable SWEEP_EXPORT_PASSWORD, never a part of the URL, which messages
         show.
     name : str, optional
-        Name of the study there; by default the name of `study`.
+        Name of the study in the storage; by default the name of `study`.
 
     Returns
     -------
     str
-        Name of the study there.
+        Name of the study in the storage.
 
     Raises
     ------
     ChoiceError
         If the study is not a search.
     OutputError
-        If the storage cannot be written, or has a study of that name, which is left as
-        it is.
+        If the storage cannot be written, or already has a study of this name, which
+        stays unchanged.
     """
     asked_trials = read_asked(study)
     name = name or study.name
@@ -105,12 +105,12 @@ def check_export(url: str, name: str) -> None:
 
 def _check_free(storage: "RDBStorage", url: str, name: str) -> None:
     try:
-        storage.get_study_id_from_name(name)  # all else that is there stays unread
+        storage.get_study_id_from_name(name)  # all further data stay unread
     except KeyError:
         return
     raise OutputError(
-        f'{url}: has a study "{name}" already, which is left as it is; give another'
-        f' URL, or delete that study with "optuna delete-study --storage {url}'
+        f'{url}: already has a study "{name}", which stays unchanged; give another'
+        f' URL, or delete the study with "optuna delete-study --storage {url}'
         f' --study-name {name}"'
     )
 
@@ -122,7 +122,7 @@ def _storage(url: str) -> "Iterator[RDBStorage]":
     from optuna.storages import RDBStorage
     from sqlalchemy.exc import SQLAlchemyError
 
-    example = "allowed: the URL of a database, as sqlite:///gains.db"
+    example = "allowed: the URL of a database, such as sqlite:///gains.db"
     try:
         storage = RDBStorage(_with_password(url, example))
     except (SQLAlchemyError, ImportError, ValueError, RuntimeError) as error:
@@ -143,16 +143,16 @@ def _storage(url: str) -> "Iterator[RDBStorage]":
 def _with_password(url: str, example: str) -> str:
     """Return the URL with the password of the environment.
 
-    Raises OutputError for a URL with a password, and does not show the password. Other
-    users of a machine can read the arguments of a command, and shells and logs keep
-    them.
+    Raises OutputError for a URL with a password, without the password in the message.
+    Other users of a machine can read the arguments of a command, and shells and logs
+    keep them.
     """
     from sqlalchemy.engine import make_url
     from sqlalchemy.exc import ArgumentError
 
     try:
         parsed = make_url(url)
-    except (ArgumentError, ValueError):  # its words may have a part of a password
+    except (ArgumentError, ValueError):  # the message may have a part of a password
         shown = f"{url.partition('://')[0]}://..." if "://" in url else url
         raise OutputError(
             f"{shown}: not the URL of a storage of optuna; {example}"
@@ -163,8 +163,8 @@ def _with_password(url: str, example: str) -> str:
     if secret:
         plain = parsed.set(query={}).render_as_string(hide_password=True)
         raise OutputError(
-            f"--export {plain}: a URL with a password can be read by others in the list"
-            f" of processes; leave it out, and set the variable {PASSWORD}"
+            f"--export {plain}: other users can read a URL with a password in the list"
+            f" of processes; remove the password, and set the variable {PASSWORD}"
         )
     if parsed.username and (password := os.environ.get(PASSWORD)):
         parsed = parsed.set(password=password)
@@ -233,7 +233,7 @@ def _trial(
     limits: dict[str, float],
     most: int,
 ) -> "FrozenTrial":
-    """Return one trial; `estimates` are those of the objectives after each block."""
+    """Return one trial; `estimates` has the objectives after each block."""
     from optuna.trial import TrialState, create_trial
 
     known = bool(estimates) and bool(np.isfinite(estimates[-1]).all())

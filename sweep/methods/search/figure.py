@@ -1,4 +1,4 @@
-"""Figures of a search: the history of its candidates, and its front."""
+"""Figures of a search: the history of candidates, and the front."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -60,10 +60,10 @@ def history_figure(study: StoredStudy) -> Figure:
 
 
 def front_figure(study: StoredStudy) -> Figure:
-    """Draw the candidates of a search and its front, one panel per pair of objectives.
+    """Draw the candidates of a search and the front, one panel per pair of objectives.
 
     The front is estimated on held-out seeds. Raises ChoiceError if the study is not a
-    search, or has one objective.
+    search, or has a single objective.
     """
     asked_trials = with_front(study, "front")
     pairs = list(combinations(objectives(asked_trials), 2))
@@ -129,7 +129,7 @@ def _history_panel(axes: Axes, asked_trials: AskedTrials, objective: Objective) 
 def _held_out_marks(
     axes: Axes, asked_trials: AskedTrials, objective: Objective, end: float
 ) -> None:
-    """Draw held-out estimates with their confidence intervals right of the end."""
+    """Draw held-out estimates with confidence intervals right of the end."""
     label, judged = judged_of(asked_trials, objective)
     _marks(
         axes, np.full(len(judged), (1.0 + ROOM) * end), judged, (VERMILION, "D", label)
@@ -240,7 +240,7 @@ def _crosses(
 
 HISTORY = search_kind(
     "history",
-    "the candidates of a search as they were asked",
+    "the candidates of a search in the order of proposal",
     read_asked,
     history_figure,
     marks=history_marks,

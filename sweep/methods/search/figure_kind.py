@@ -42,7 +42,7 @@ def search_kind(
         }
         if chosen := [option for option, value in choice.items() if value]:
             raise ChoiceError(
-                f"is of the whole search and its objectives, and takes no {chosen[0]}",
+                f"shows the whole search and its objectives, and takes no {chosen[0]}",
                 study.name,
                 name,
             )

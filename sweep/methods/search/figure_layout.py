@@ -1,4 +1,4 @@
-"""Layout of the figures of a search, drawn or as marks: places, groups and texts."""
+"""Layout of the figures of a search, drawn or as marks: positions and groups."""
 
 from collections.abc import Sequence
 
@@ -16,16 +16,16 @@ from sweep.methods.search.outcome import FAILED, candidates, objectives
 from sweep.tables import StoredStudy
 
 SHOWN = 0.75
-"""The fraction of the estimates of one objective that are drawn in their own places.
+"""The fraction of the estimates of one objective that are drawn at their values.
 
-The other estimates are at the edge, so that the best ones can be told apart.
+The remaining estimates are at the edge, so that the best estimates are distinguishable.
 """
 ROOM = 0.06
 """Room for a held-out mark beyond the end, as a fraction of the width of an axis."""
 
 
 def places(table: pd.DataFrame, spent: "pd.Series[int]") -> Floats:
-    """Return the places of candidates on an axis of trials.
+    """Return the positions of candidates on an axis of trials.
 
     The candidates of a batch are spread evenly, from the end of the previous batch to
     the end of this batch. `spent` has the trials spent at the end of each batch.
@@ -40,9 +40,9 @@ def places(table: pd.DataFrame, spent: "pd.Series[int]") -> Floats:
 
 
 def held_out_bounds(asked_trials: AskedTrials) -> Floats:
-    """Return the held-out estimates in a history of one objective, and their bounds.
+    """Return the held-out estimates in a history of one objective, with bounds.
 
-    They are those of the winner and of the references.
+    The estimates are of the winner and of the references.
     """
     tables = (winners(asked_trials)[:1], references(asked_trials))
     return np.concatenate(
@@ -56,7 +56,7 @@ def held_out_bounds(asked_trials: AskedTrials) -> Floats:
 
 
 def edge_of(values: Floats, objective: Objective, held_out: Floats) -> float:
-    """Return the edge: the worst value that is drawn in its own place.
+    """Return the edge: the worst value that is drawn at its own position.
 
     A fraction SHOWN of the values is within the edge, and so are all held-out
     estimates. Worse candidates are drawn at the edge.
@@ -131,7 +131,7 @@ def history_note(study: StoredStudy, asked_trials: AskedTrials) -> str:
 
 
 def held_out_note(asked_trials: AskedTrials) -> str:
-    """Return how many candidates ran on held-out seeds, and in how many blocks."""
+    """Return the numbers of candidates and of blocks on held-out seeds, in words."""
     judged = winners(asked_trials)
     blocks = int(judged["held_out_n"].max()) if len(judged) else 0
     if blocks == 0:
@@ -139,27 +139,30 @@ def held_out_note(asked_trials: AskedTrials) -> str:
     many = "1 block" if blocks == 1 else f"{blocks} blocks"
     return (
         f"{judged['candidate'].nunique()} held out, {many} each,"
-        " simultaneous 95 % intervals (Bonferroni)"
+        " simultaneous 95 % confidence intervals (Bonferroni)"
     )
 
 
 def with_front(study: StoredStudy, kind: str) -> AskedTrials:
     """Return the trials of a search for several objectives, for a kind of figure.
 
-    Raises ChoiceError if the study is not a search, or has one objective.
+    Raises ChoiceError if the study is not a search, or has a single objective.
     """
     asked_trials = read_asked(study)
     if len(objectives(asked_trials)) < 2:
         raise ChoiceError(
-            "needs two objectives and there is one; allowed: history", study.name, kind
+            "needs two objectives; allowed for a single objective: history",
+            study.name,
+            kind,
         )
     return asked_trials
 
 
 def groups_of(table: pd.DataFrame) -> dict[str, NDArray[np.bool_]]:
-    """Return groups of candidates as masks, by their names in a legend.
+    """Return groups of candidates as masks, by the names in a legend.
 
-    The groups have fewer blocks than others, have the most blocks, or are not feasible.
+    The groups are candidates with fewer blocks, with the most blocks, and not feasible
+    candidates.
     """
     most = table["blocks"].max()
     feasible = table["feasible"].to_numpy()
@@ -176,7 +179,7 @@ def judged_of(
 ) -> tuple[str, pd.DataFrame]:
     """Return a name for a legend, and the held-out estimates of one objective.
 
-    They are those of the winner, or with several objectives those of the front.
+    The estimates are of the winner, or with several objectives of the front.
     """
     judged = winners(asked_trials)
     judged = judged[judged["objective"] == objective.column]
@@ -187,7 +190,7 @@ def judged_of(
 def edge_of_history(asked_trials: AskedTrials, objective: Objective) -> float:
     """Return the edge of the history of an objective, see `edge_of`.
 
-    NaN with several objectives: then each value is drawn in its own place.
+    NaN with several objectives: then each value is drawn at its own position.
     """
     if len(objectives(asked_trials)) > 1:
         return np.nan
@@ -199,7 +202,7 @@ def edge_of_history(asked_trials: AskedTrials, objective: Objective) -> float:
 def best_of(judged: pd.DataFrame, pair: Sequence[Objective]) -> pd.DataFrame:
     """Return the rows of a table of `wide` that are not dominated.
 
-    They are in ascending order of the first objective.
+    The rows are in ascending order of the first objective.
     """
     names = [objective.column for objective in pair]
     maximize = [objective.maximize for objective in pair]

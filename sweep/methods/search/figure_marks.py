@@ -1,4 +1,4 @@
-"""The history and the front of a search as marks, each with the points behind it."""
+"""The history and the front of a search as marks, with the points behind each mark."""
 
 from collections.abc import Sequence
 from itertools import combinations
@@ -47,12 +47,12 @@ from sweep.tables import StoredStudy
 GREY = "#595959"
 OF_CANDIDATES = (GREY, BLUE, ORANGE)
 OF_JUDGED = (VERMILION, GREEN, PURPLE, SKY)
-"""Colours of the chosen candidates, then of one reference after the other."""
+"""Colours of the chosen candidates, then of the references in order."""
 COLUMNS = ["x", "x_low", "x_high", "y", "low", "high", "n", "colour", "best", "point"]
 
 
 def history_marks(study: StoredStudy) -> FigureMarks:
-    """Return `history_figure` as marks, one per candidate and held-out estimate."""
+    """Return `history_figure` as marks, for each candidate and held-out estimate."""
     asked_trials = read_asked(study)
     behind = PointsBehind(study, asked_trials)
     groups = list(groups_of(candidates(asked_trials)))
@@ -74,7 +74,7 @@ def history_marks(study: StoredStudy) -> FigureMarks:
 
 
 def front_marks(study: StoredStudy) -> FigureMarks:
-    """Return `front_figure` as marks, one per candidate and held-out pair of estimates.
+    """Return `front_figure` as marks, for each candidate and held-out pair.
 
     `best` marks the knee.
     """
@@ -102,7 +102,7 @@ def _reference_names(asked_trials: AskedTrials) -> list[str]:
 
 
 def _colours(first: Sequence[str], names: Sequence[str]) -> tuple[str, ...]:
-    """Return colours for a legend; names beyond the last colour share that colour."""
+    """Return colours for a legend; names beyond the last colour share it."""
     held_out = [
         OF_JUDGED[min(place, len(OF_JUDGED) - 1)] for place, _ in enumerate(names)
     ]
@@ -239,7 +239,7 @@ def _two_ways(
 
 
 def _marks(parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
-    """Return one row per mark; marks without a place are left out."""
+    """Return one row per mark; marks without a position are left out."""
     rows = [{"best": False, **row} for part in parts for row in part.to_dict("records")]
     return pd.DataFrame(rows, columns=COLUMNS).dropna(subset=["x", "y"])
 
@@ -247,7 +247,7 @@ def _marks(parts: Sequence[pd.DataFrame]) -> pd.DataFrame:
 def _stairs(
     x: "pd.Series[float]", y: "pd.Series[float]", text: str, *, late: bool
 ) -> MarkedLine:
-    """Return a line of steps; if `late`, a value holds up to the next place."""
+    """Return a line of steps; if `late`, a value holds up to the next position."""
     known = y.notna().to_numpy()
     across: Floats = np.repeat(x.to_numpy(np.float64)[known], 2)
     along: Floats = np.repeat(y.to_numpy(np.float64)[known], 2)

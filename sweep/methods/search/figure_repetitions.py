@@ -1,6 +1,6 @@
 """Repetitions of a search against random searches.
 
-Figures show the best so far, its hypervolume, and held-out values of the winners.
+Figures show the best value so far, the hypervolume, and held-out values of the winners.
 """
 
 from collections.abc import Sequence
@@ -39,8 +39,8 @@ def comparison_figure(study: StoredStudy) -> Figure:
 
     Curves are means over repetitions of the search, and over random searches. With
     several objectives the hypervolume is drawn. On the right are held-out values of the
-    winners or fronts, one point per run, and their means. Raises ChoiceError if the
-    study is not a search, or has no repetitions.
+    winners or fronts, one point per run, with means. Raises ChoiceError if the study is
+    not a search, or has no repetitions.
     """
     asked_trials = with_repetitions(study)
     comparison = against_random(asked_trials)
@@ -73,8 +73,8 @@ def comparison_figure(study: StoredStudy) -> Figure:
         legend(figure, left)
         note(
             figure,
-            f"{study.name}: {_runs_note(asked_trials)}; means with 95 % intervals"
-            " over runs",
+            f"{study.name}: {_runs_note(asked_trials)}; means with 95 % confidence"
+            " intervals over runs",
         )
     return figure
 
@@ -82,8 +82,8 @@ def comparison_figure(study: StoredStudy) -> Figure:
 def hypervolume_figure(study: StoredStudy) -> Figure:
     """Draw the hypervolume of a search for several objectives against trials.
 
-    Its repetitions and random searches are drawn too, if any. Raises ChoiceError if the
-    study is not a search, or has one objective.
+    Repetitions and random searches are drawn too, if any. Raises ChoiceError if the
+    study is not a search, or has a single objective.
     """
     asked_trials = with_front(study, "hypervolume")
     reference = reference_point(asked_trials)
@@ -120,24 +120,24 @@ def hypervolume_figure(study: StoredStudy) -> Figure:
         legend(figure, axes)
         note(
             figure,
-            f"{study.name}: {_runs_note(asked_trials)}; on the seeds of the search, no"
-            f" intervals; {_point(asked_trials)}",
+            f"{study.name}: {_runs_note(asked_trials)}; on the seeds of the search,"
+            f" without confidence intervals; {_point(asked_trials)}",
         )
     return figure
 
 
 def with_repetitions(study: StoredStudy) -> AskedTrials:
-    """Return the trials of a search. Raises ChoiceError if it has no repetitions."""
+    """Return the trials of a search. Raises ChoiceError without repetitions."""
     asked_trials = read_asked(study)
     if not (runs(asked_trials, REPETITION) and runs(asked_trials, RANDOM)):
         raise ChoiceError(
-            "has no repetitions; run it with --repetitions 10", study.name
+            "has no repetitions; run the search with --repetitions 10", study.name
         )
     return asked_trials
 
 
 def _curves(asked_trials: AskedTrials, names: Sequence[str]) -> pd.DataFrame:
-    """Return the best so far of each run, as columns.
+    """Return the best value so far of each run, as columns.
 
     Rows are all numbers of trials at which a run has a value.
     """
@@ -176,7 +176,7 @@ def _band(
 def _strip(
     axes: Axes, place: int, values: Floats, colour: str, distribution: Declared
 ) -> None:
-    """Draw the values of runs side by side, and their mean with its interval."""
+    """Draw the values of runs side by side, with mean and confidence interval."""
     spread = (
         np.linspace(-0.2, 0.2, len(values))
         if len(values) > 1

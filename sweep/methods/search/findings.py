@@ -32,7 +32,7 @@ from sweep.tables import StoredStudy
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """Findings of a search. Each one is computed at its first use."""
+    """Findings of a search. Each finding is computed at the first use."""
 
     study: StoredStudy
     asked_trials: AskedTrials
@@ -49,17 +49,17 @@ class Findings:
 
     @cached_property
     def candidates(self) -> pd.DataFrame:
-        """One row per candidate: see `sweep.methods.search.outcome.candidates`."""
+        """The table of candidates: see `sweep.methods.search.outcome.candidates`."""
         return candidates(self.asked_trials)
 
     @cached_property
     def winners(self) -> pd.DataFrame:
-        """One row per chosen candidate and objective: see `held_out.winners`."""
+        """The table of chosen candidates by objective: see `held_out.winners`."""
         return winners(self.asked_trials)
 
     @cached_property
     def references(self) -> pd.DataFrame:
-        """One row per reference and objective: see `held_out.references`."""
+        """The table of references by objective: see `held_out.references`."""
         return references(self.asked_trials)
 
     @cached_property
@@ -71,11 +71,11 @@ class Findings:
     def front(self) -> pd.DataFrame:
         """One row per member of the Pareto front: see `held_out.front`.
 
-        Raises ChoiceError for a search with one objective.
+        Raises ChoiceError for a search with a single objective.
         """
         if len(self.objectives) == 1:
             raise ChoiceError(
-                "a front needs two objectives and there is one", self.study.name
+                "a front needs two objectives; the search has one", self.study.name
             )
         return front(self.asked_trials)
 
@@ -101,7 +101,8 @@ class Findings:
     def best(self) -> dict[str, Any] | None:
         """The row of the winner; None without a winner.
 
-        With several objectives it is the knee of the front, or else its first member.
+        With several objectives the row is of the knee of the front, or else of the
+        first member.
         """
         if self.winners.empty:
             return None
@@ -119,13 +120,13 @@ class Findings:
 
 
 def warnings(findings: Findings) -> list[str]:
-    """Return the warnings that a reader must know before the rest, a sentence each."""
+    """Return the warnings for a reader, one sentence each."""
     description = findings.asked_trials.description
     best = findings.best
     sentences = (
         []
         if description["finished"]
-        else ["The search is not finished: the same command goes on with it."]
+        else ["The search is not finished: repeat the command to resume the search."]
     )
     sentences += [
         f"{column} has no value in {percent(share)} of the done trials; a candidate of"
@@ -144,7 +145,7 @@ def warnings(findings: Findings) -> list[str]:
     if best["status"] != COMPLETE:
         few = f"No candidate has all {full} blocks, the best has {best['blocks']}"
         sentences.append(
-            f"{few}: the budget of {description['budget']:,} trials is small for that."
+            f"{few}: the budget of {description['budget']:,} trials is too small."
         )
     judged = int(findings.winners["held_out_n"].iloc[0])
     if judged == 0:
@@ -185,6 +186,6 @@ def warnings(findings: Findings) -> list[str]:
 
 
 def plain(value: Any) -> Any:
-    """Return a value of a table as JSON has it; None for NaN and infinity."""
+    """Return a value of a table in JSON form; None for NaN and infinity."""
     value = value.item() if isinstance(value, np.generic) else value
     return None if isinstance(value, float) and not np.isfinite(value) else value

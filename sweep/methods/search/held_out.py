@@ -1,7 +1,8 @@
-"""The candidates that a search has chosen, judged on seeds that it has never seen.
+"""The candidates that a search has chosen, judged on new seeds.
 
 The winner is the luckiest among good candidates, so its search estimate is too good:
-the winner's curse. Its held-out estimate is not, for the choice was made before.
+the winner's curse. The held-out estimate is unbiased, because the choice was made
+before.
 """
 
 from typing import TYPE_CHECKING, NamedTuple
@@ -37,12 +38,12 @@ if TYPE_CHECKING:
 RESAMPLES = 2000
 RESAMPLING_SEED = 20
 UNFINISHED_SHOWN = 5
-"""Number of candidates shown while none has been judged on held-out seeds."""
+"""Number of candidates to show before any candidate is judged on held-out seeds."""
 UNKNOWN = Interval(np.nan, np.nan, np.nan, 0)
 
 
 class HeldOutDifference(NamedTuple):
-    """A chosen candidate minus a reference, on the held-out blocks of both."""
+    """A chosen candidate minus a reference, on common held-out blocks."""
 
     candidate: int
     reference: str
@@ -57,7 +58,7 @@ class HeldOutDifference(NamedTuple):
 def shown(asked_trials: "AskedTrials", run: str = SEARCH) -> list[int]:
     """Return the candidates that a run has chosen and judged, the winner first.
 
-    Before any is judged on held-out seeds, these are the best candidates.
+    Before any judgement on held-out seeds, the result has the best candidates.
     """
     judged = set(trials_of(asked_trials, run, HELD_OUT).candidates.tolist())
     order = chosen(
@@ -71,18 +72,18 @@ def shown(asked_trials: "AskedTrials", run: str = SEARCH) -> list[int]:
 def winners(asked_trials: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
     """Return a table of chosen candidates, one row per candidate and objective.
 
-    The order is that of `chosen`: the winner first. Columns: candidate, objective, then
-    search and held_out, each with `_low`, `_high` and `_n`, the number of blocks,
-    optimism, violation and not_done.
+    The order equals the order of `chosen`: the winner first. Columns: candidate,
+    objective, then search and held_out, each with `_low`, `_high` and `_n`, the number
+    of blocks, optimism, violation and not_done.
 
-    Confidence intervals are those of `block_interval`, 95 %. Search intervals hold each
-    for itself, and as if the candidate had not been chosen. Held-out intervals are
-    simultaneous (Bonferroni) over all rows and those of the references.
+    Confidence intervals follow `block_interval`, at 95 %. Search intervals are not
+    simultaneous, and ignore that the candidate was chosen. Held-out intervals are
+    simultaneous (Bonferroni) over all rows and all references.
 
-    `optimism` is by how much the search estimate is the better one. It is NaN for a
+    `optimism` is the amount by which the search estimate is better. It is NaN for a
     worst value, which differs by the number of blocks alone. `violation` is the largest
-    on held-out seeds, minus infinity without constraints. `not_done` is the number of
-    held-out trials without a result, for which nothing is known.
+    violation on held-out seeds, minus infinity without constraints. `not_done` is the
+    number of held-out trials without a result, for which nothing is known.
     """
     numbers = shown(asked_trials, run)
     searched = trials_of(asked_trials, run, SEARCH)
@@ -124,7 +125,8 @@ def references(asked_trials: "AskedTrials") -> pd.DataFrame:
     """Return a table of the references, one row per reference and objective.
 
     Columns: reference, objective, held_out with `_low`, `_high` and `_n`, violation and
-    not_done, as in `winners`. The confidence intervals are simultaneous with those.
+    not_done, see `winners`. The confidence intervals are simultaneous with the
+    intervals of the winners.
     """
     judged = trials_of(asked_trials, REFERENCES, HELD_OUT)
     confidence = together(asked_trials, shown(asked_trials))
@@ -152,10 +154,10 @@ def differences(asked_trials: "AskedTrials") -> pd.DataFrame:
     """Return a table of the winner minus each reference.
 
     The columns are the fields of HeldOutDifference. With several objectives, each
-    member of the front takes the place of the winner. Pairs are held-out blocks, which
-    both have with the same seeds. `variance_reduction`, of means only, is the factor of
-    independent blocks that common seeds save. The 95 % confidence intervals are
-    simultaneous over all rows (Bonferroni).
+    member of the front replaces the winner. Pairs are held-out blocks with common
+    seeds. `variance_reduction`, of means only, is the factor of independent blocks that
+    common seeds save. The 95 % confidence intervals are simultaneous over all rows
+    (Bonferroni).
     """
     aims = objectives(asked_trials)
     numbers = shown(asked_trials)
@@ -188,16 +190,17 @@ def differences(asked_trials: "AskedTrials") -> pd.DataFrame:
 def front(asked_trials: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
     """Return a table of the Pareto front that a run has chosen, one row per member.
 
-    Columns: candidate, on_front, share, beaten_by, knee. All are of the held-out
-    estimates. The table is empty before held-out trials have run.
+    Columns: candidate, on_front, share, beaten_by, knee. All columns are of the
+    held-out estimates. The table is empty before held-out trials have run.
 
-    `on_front` is true if no other chosen candidate dominates the member. `share` is the
-    fraction of 2000 bootstrap resamples of the blocks in which that is so. `beaten_by`
-    is a candidate that is better in every objective, else -1. `knee` is true for the
-    knee of those on the front.
+    `on_front` is true if no chosen candidate dominates the member. `share` is the
+    fraction of 2000 bootstrap resamples of the blocks in which `on_front` is true.
+    `beaten_by` is a candidate that is better in every objective, else -1. `knee` is
+    true for the knee of the members on the front.
 
-    A better candidate is so beyond the 95 % confidence intervals of the paired
-    differences. These are simultaneous over all pairs and objectives (Bonferroni).
+    A candidate is better only beyond the 95 % confidence intervals of the paired
+    differences. The intervals are simultaneous over all pairs and objectives
+    (Bonferroni).
     """
     aims = objectives(asked_trials)
     judged = trials_of(asked_trials, run, HELD_OUT)
@@ -220,7 +223,7 @@ def front(asked_trials: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
 def together(asked_trials: "AskedTrials", numbers: list[int]) -> float:
     """Return the confidence level of each held-out interval, for simultaneous 95 %.
 
-    The intervals are those of these candidates and of the references.
+    The family has the intervals of the candidates `numbers` and of the references.
     """
     rows = (len(numbers) + len(asked_trials.description["references"])) * len(
         asked_trials.description["objectives"]

@@ -1,7 +1,8 @@
-"""Samplers of a search, which propose its candidates.
+"""Samplers of a search, which propose candidates.
 
-They are optuna's. Every option that matters is given here, whatever optuna's default.
-To add one, write a function of its options and enter it in SEARCH_SAMPLERS.
+The samplers are optuna's. Every option that matters is set here, whatever optuna's
+default. To add a sampler, write a function that returns the options and enter the
+sampler in SEARCH_SAMPLERS.
 """
 
 from collections.abc import Callable
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from optuna.samplers import BaseSampler
 
 Options = dict[str, Any]
-"""Options of one of optuna's samplers by name, plain values."""
+"""Options of a sampler of optuna by name, plain values."""
 
 
 class Sought(Protocol):
@@ -52,15 +53,15 @@ class Need(NamedTuple):
 
 @dataclass(frozen=True)
 class OfOptuna:
-    """A maker of the sampler of a name in `optuna.samplers`.
+    """A maker of a sampler in `optuna.samplers`, by name.
 
-    It imports optuna only when it is called. The import takes a second.
+    The maker imports optuna only in a call. The import takes a second.
     """
 
     name: str
 
     def __call__(self, **options: Any) -> "BaseSampler":
-        """Return the sampler with these options."""
+        """Return the sampler with options."""
         import optuna
 
         sampler: BaseSampler = getattr(optuna.samplers, self.name)(**options)
@@ -68,7 +69,7 @@ class OfOptuna:
 
 
 def no_options(_search: Sought) -> Options:
-    """Return no options beside the seed."""
+    """Return no options, so that the sampler gets only the seed."""
     return {}
 
 
@@ -78,13 +79,14 @@ class SearchSampler:
 
     Attributes
     ----------
-    make
+    make : callable
         Returns optuna's sampler from `seed`, of 32 bits, and the options.
-    text
+    text : str
         Description of the sampler.
-    options
-        Returns the options for a search. They are plain values, stored with the search.
-    needs
+    options : callable
+        Returns the options for a search, as plain values that are stored with the
+        search.
+    needs : tuple of Need
         Requirements to the search.
     """
 
@@ -107,8 +109,9 @@ def qmc(_search: Sought) -> Options:
 def tpe(search: Sought) -> Options:
     """Return the options of the tree-structured Parzen estimator.
 
-    It treats candidates without a result yet as bad ones. Its densities are joint for
-    one objective. For several, optuna's authors advise a density per parameter.
+    The estimator treats candidates without a result yet as bad candidates. The
+    densities are joint for one objective. For several objectives, optuna's authors
+    advise a density per parameter.
     """
     return {
         "n_startup_trials": 10,
@@ -122,7 +125,7 @@ def tpe(search: Sought) -> Options:
 def cmaes(search: Sought) -> Options:
     """Return the options of CMA-ES by batches.
 
-    It starts from the middle of the ranges, and its first batch is random.
+    CMA-ES starts from the middle of the ranges, and the first batch is random.
     """
     return {
         "x0": None,
@@ -141,7 +144,7 @@ def cmaes(search: Sought) -> Options:
 def gp(_search: Sought) -> Options:
     """Return the options of a Gaussian process with noise.
 
-    Its acquisition function is the logarithmic expected improvement.
+    The acquisition function is the logarithmic expected improvement.
     """
     return {
         "n_startup_trials": 10,
@@ -151,7 +154,7 @@ def gp(_search: Sought) -> Options:
 
 
 def nsga2(search: Sought) -> Options:
-    """Return the options of NSGA-II; a batch is its population."""
+    """Return the options of NSGA-II; a batch is the population."""
     return {
         "population_size": search.batch,
         "mutation": None,
@@ -163,9 +166,9 @@ def nsga2(search: Sought) -> Options:
 
 
 def nsga3(search: Sought) -> Options:
-    """Return the options of NSGA-III; a batch is its population.
+    """Return the options of NSGA-III; a batch is the population.
 
-    Its reference points lie on four levels of each objective.
+    The reference points are on four levels of each objective.
     """
     return nsga2(search) | {"reference_points": None, "dividing_parameter": 3}
 
@@ -177,7 +180,7 @@ def _varied(search: Sought) -> int:
 
 ONE_OBJECTIVE = Need(
     lambda search: len(search.objectives) == 1,
-    "has one objective: use nsga2, nsga3, tpe or random",
+    "allows a single objective: use nsga2, nsga3, tpe or random",
 )
 SEVERAL_OBJECTIVES = Need(
     lambda search: len(search.objectives) > 1,
@@ -185,13 +188,13 @@ SEVERAL_OBJECTIVES = Need(
 )
 NO_CONSTRAINTS = Need(
     lambda search: not search.constraints,
-    "knows no constraints: use tpe, nsga2 or nsga3",
+    "supports no constraints: use tpe, nsga2 or nsga3",
 )
 NUMBERS = Need(
     lambda search: all(
         DISTRIBUTIONS[each.form].kind != "listed" for each in search.parameters
     ),
-    "needs numbers, and no choice: use tpe",
+    "needs numerical parameters, without choice: use tpe",
 )
 TWO_PARAMETERS = Need(
     lambda search: _varied(search) >= 2,
@@ -199,7 +202,7 @@ TWO_PARAMETERS = Need(
 )
 POPULATION = Need(
     lambda search: search.batch >= 2,
-    "needs a batch, which is its population, of 2 or more",
+    "needs a batch (the population) of 2 or more",
 )
 TORCH = Need(
     lambda _search: find_spec("torch") is not None,
@@ -214,7 +217,7 @@ SEARCH_SAMPLERS: dict[str, SearchSampler] = {
     ),
     "cmaes": SearchSampler(
         OfOptuna("CmaEsSampler"),
-        "CMA-ES, of one objective, without constraints and choices",
+        "CMA-ES, for a single objective, without constraints and choices",
         cmaes,
         (ONE_OBJECTIVE, NO_CONSTRAINTS, NUMBERS, TWO_PARAMETERS),
     ),
@@ -223,21 +226,21 @@ SEARCH_SAMPLERS: dict[str, SearchSampler] = {
     ),
     "nsga2": SearchSampler(
         OfOptuna("NSGAIISampler"),
-        "NSGA-II, a batch being its population",
+        "NSGA-II, with the batch as the population",
         nsga2,
         (POPULATION,),
     ),
     "nsga3": SearchSampler(
         OfOptuna("NSGAIIISampler"),
-        "NSGA-III, of several objectives, a batch being its population",
+        "NSGA-III, for several objectives, with the batch as the population",
         nsga3,
         (SEVERAL_OBJECTIVES, POPULATION),
     ),
 }
-"""Samplers by their names in specs."""
+"""Samplers by the names in specs."""
 FOR_ONE = "tpe"
-"""Sampler of one objective, if a spec names none."""
+"""Sampler of a single objective, if a spec names no sampler."""
 FOR_SEVERAL = "nsga2"
-"""Sampler of several objectives, if a spec names none."""
+"""Sampler of several objectives, if a spec names no sampler."""
 PLAIN = "random"
-"""Sampler that repetitions of a search are compared with."""
+"""Sampler of the random searches to which repetitions of a search are compared."""

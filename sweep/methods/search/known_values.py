@@ -1,4 +1,4 @@
-"""The values by which a search decides, of the trials that it has requested."""
+"""The values by which a search decides, from the requested trials."""
 
 import math
 from collections.abc import Sequence
@@ -9,7 +9,7 @@ import pyarrow as pa
 from sweep.methods.search.objectives import Floats
 
 Trial = tuple[float, ...] | None
-"""The values of a trial; None where it is not done, or one of them is not finite."""
+"""The values of a trial; None if the trial is not done, or a value is not finite."""
 
 
 class KnownValues:
@@ -27,7 +27,7 @@ class KnownValues:
         ids : sequence of str
             Ids of the trials.
         table : Table
-            One row per trial, with its `status` and the columns.
+            One row per trial, with `status` and the columns.
         """
         for trial, row in zip(ids, table.to_pylist(), strict=True):
             values = [row[name] for name in self.columns]

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def figures() -> "dict[str, FigureKind]":
-    """Return the kinds of figures by their names."""
+    """Return the kinds of figures by name."""
     from sweep.methods.search.figure import FRONT, HISTORY
     from sweep.methods.search.figure_repetitions import COMPARISON, HYPERVOLUME
 
@@ -33,7 +33,7 @@ def sections() -> "Sequence[SpecSection]":
 
 
 def keep_apart(study: "StoredStudy") -> "StoredStudy":
-    """Return a search with its phases apart, and any other study as it is."""
+    """Return a search with separate phases, and any other study unchanged."""
     from sweep.methods.search.separate_phases import by_phase
 
     return by_phase(study)

@@ -1,7 +1,7 @@
 """Objectives and constraints of a search.
 
-They are statistics of a metric over the trials of a candidate, improved or kept within
-bounds.
+The module has statistics of a metric over the trials of a candidate, which a search
+improves or keeps within bounds.
 """
 
 from collections.abc import Mapping
@@ -20,14 +20,15 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Statistic:
-    """One number for many values.
+    """A single number for many values.
 
     Attributes
     ----------
-    kind
+    kind : str
         Name of an entry of STATISTICS.
-    share
-        Fraction of the values, above 0 and at most 1. None if the statistic takes none.
+    share : float or None
+        Fraction of the values, above 0 and at most 1. None for a statistic without a
+        fraction.
     """
 
     kind: str = USUAL
@@ -42,7 +43,7 @@ class Statistic:
     def tail(self) -> float | None:
         """The fraction of the values that the statistic rests on.
 
-        None if it rests on all values.
+        None if the statistic rests on all values.
         """
         tail = self.about.tail
         return tail(self.share) if tail and self.share is not None else None
@@ -55,7 +56,7 @@ class Statistic:
         values : array
             Any shape.
         maximize : bool
-            Whether larger values are better, so that the smaller ones are the worse.
+            Whether larger values are better, so that smaller values are worse.
 
         Returns
         -------
@@ -76,7 +77,7 @@ class Statistic:
         values : array
             (..., n), n above zero.
         maximize : bool
-            Whether larger values are better, so that the smaller ones are the worse.
+            Whether larger values are better, so that smaller values are worse.
 
         Returns
         -------
@@ -103,8 +104,8 @@ class Statistic:
 class Objective:
     """A column of trials whose statistic is to be maximized or minimized.
 
-    `distribution` is the distribution of the metric. It decides the kind of confidence
-    interval of a mean, and its ends. It is not stored, since the metric declares it.
+    `distribution` is the distribution of the metric, which selects the confidence
+    interval of a mean. The distribution is not stored, because the metric declares it.
     """
 
     column: str
@@ -150,9 +151,9 @@ class Constraint:
     statistic: Statistic
 
     def violation(self, values: Floats) -> float:
-        """Return how far the statistic of a candidate lies beyond the bound.
+        """Return the distance of the statistic of a candidate beyond the bound.
 
-        It is above zero if the constraint is violated. `values` has the shape
+        The distance is above zero if the constraint is violated. `values` has the shape
         (blocks, scenarios).
         """
         statistic = self.statistic.of(values, maximize=not self.at_most)

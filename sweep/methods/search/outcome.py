@@ -71,17 +71,19 @@ def _columns(asked_trials: "AskedTrials") -> list[str]:
 def candidates(asked_trials: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
     """Return a table of the candidates of a run, one row each, in the order asked.
 
-    Columns: candidate, batch, the parameters, `same_as` (the first candidate with the
-    same parameters: itself for most), blocks, trials, violation (the largest of those
-    of the constraints, each in the unit of its metric), feasible, status, and the
-    estimate of each objective over the search blocks of the candidate, under the name
-    of its column. The status is
+    Columns: candidate, batch, the parameters, `same_as`, blocks, trials, violation,
+    feasible, status, and the estimate of each objective over the search blocks of the
+    candidate, under the name of its column. `same_as` is the first candidate with equal
+    parameters, usually the candidate itself. `violation` is the largest violation of a
+    constraint, in the unit of its metric. The status is
 
-    - "complete": it has all blocks that a candidate of this run can get;
-    - "raced out": it has fewer, and is clearly worse than others;
-    - "cut short": it has fewer, and is of the last batch before the budget ended, or
-      of an unfinished one. Its trials do not show whether it was raced out;
-    - "failed": one of its trials is not done, or its result is not finite.
+    - "complete": the candidate has all blocks that a candidate of this run can get;
+    - "raced out": the candidate has fewer blocks, and is clearly worse than the
+      leaders;
+    - "cut short": the candidate has fewer blocks, and is of the last batch before the
+      budget ended, or of an unfinished batch. The trials do not show whether the
+      candidate was raced out;
+    - "failed": a trial is not done, or a result is not finite.
 
     Unknown values are NaN. A candidate whose violation is not known is not feasible.
     """
@@ -110,8 +112,8 @@ def candidates(asked_trials: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
 def undefined_shares(asked_trials: "AskedTrials") -> dict[str, float]:
     """Return the fraction of the done trials of all runs without a value, by column.
 
-    The columns are those of objectives and constraints of which some trials have none.
-    The candidates of these trials have failed.
+    The columns are of objectives and constraints for which some trials have no value.
+    The candidates of such trials have failed.
     """
     columns = _columns(asked_trials)
     trials = asked_trials.table.drop_duplicates("trial_id")
@@ -125,12 +127,14 @@ def chosen(
 ) -> list[int]:
     """Return the candidates that a search chooses; the winner comes first.
 
-    A candidate counts if it is feasible, has not failed, and has as many blocks as any
-    such one: estimates of fewer are the luckier ones. No set of parameters comes twice.
-    With one objective these are the best estimates in order, of equal ones the first
-    asked. With several they are the Pareto front in the order of the first objective.
-    It is thinned to `most`: one at a time, the member that adds least to the
-    hypervolume is removed.
+    A candidate counts if it is feasible, has not failed, and has the largest number of
+    blocks of all such candidates: estimates over fewer blocks are luckier. No set of
+    parameters comes twice.
+
+    With one objective, the result has the best estimates in order; of equal estimates
+    the first asked comes first. With several objectives, the result is the Pareto front
+    in the order of the first objective. The front is thinned to `most`: one at a time,
+    the member that adds least to the hypervolume is removed.
 
     Parameters
     ----------
@@ -164,7 +168,7 @@ def chosen(
 def eligible(candidates: pd.DataFrame, objectives: Sequence[Objective]) -> pd.DataFrame:
     """Return the rows of `candidates` from which `chosen` chooses.
 
-    They are feasible ones with most blocks, no set of parameters twice.
+    The rows are feasible candidates with most blocks, without repeated parameters.
     """
     known = (
         candidates[[objective.column for objective in objectives]].notna().all(axis=1)
@@ -189,7 +193,8 @@ def worst(values: Floats, maximize: Sequence[bool]) -> Floats:
 def _violations(searched: TrialsByBlock, constraints: Sequence[Constraint]) -> Floats:
     """Return the largest violation of each candidate, shape (k,).
 
-    It is zero or below for a feasible one, and minus infinity without constraints.
+    The violation is zero or below for a feasible candidate, and minus infinity without
+    constraints.
     """
     largest = np.full(len(searched.candidates), -np.inf)
     for constraint in constraints:

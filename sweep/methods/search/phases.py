@@ -1,4 +1,4 @@
-"""The candidates that a search has requested so far, by phases, and their tables."""
+"""The candidates that a search has requested so far, by phase, and their tables."""
 
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -32,9 +32,9 @@ class AskedRow(NamedTuple):
 
 
 class AskedPhase(NamedTuple):
-    """The candidates of one phase of a run, in the order asked.
+    """The candidates of a phase of a run, in the order asked.
 
-    The list may grow, and so may the trials of each candidate.
+    The list of candidates may grow, and the trials of each candidate too.
     """
 
     run: str
@@ -86,7 +86,7 @@ def plan_tables(
 def known_trials(
     study: Study, phase: AskedPhase, known: KnownValues, description: dict[str, Any]
 ) -> AskedTrials:
-    """Return the result of `read_asked` for a phase whose trials are all stored.
+    """Return the result of `read_asked` for a phase with all trials stored.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def known_trials(
     phase : AskedPhase
         The phase.
     known : KnownValues
-        Values of its trials.
+        Values of the trials of the phase.
     description : dict
         Description of the search.
     """
@@ -126,8 +126,8 @@ def _plan(study: Study, jobs: Iterable[Job], origin: Origin) -> pa.Table:
 def _varied(study: Study) -> list[str]:
     """Return the parameters that can differ between trials.
 
-    These are the parameters of the search, those of scenarios, and those derived from
-    them.
+    The result has the parameters of the search, the parameters of scenarios, and
+    parameters derived from either.
     """
     search = section_of(study)
     names = [setting for axis in search.over for setting in axis.columns]

@@ -1,4 +1,4 @@
-"""The largest number of trials that a search would run, without running it."""
+"""The largest number of trials that a search would run, before any trial runs."""
 
 import json
 from dataclasses import asdict, dataclass, replace
@@ -22,7 +22,7 @@ from sweep.trial import measured_pace
 class SearchPlan:
     """Counts and estimates for a search that spends its budget, without repetitions.
 
-    `probe_steps`, `notes` and `compiling_seconds` are those of a Plan.
+    `probe_steps`, `notes` and `compiling_seconds` are as in a Plan.
     """
 
     study: str

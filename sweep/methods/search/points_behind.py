@@ -38,6 +38,6 @@ class PointsBehind:
         Returns
         -------
         list of str
-            Ids separated by spaces, one text per candidate; "" if it has no points.
+            Ids separated by spaces, one string per candidate; "" without points.
         """
         return [self._ids.get((run, phase, number), "") for number in numbers]

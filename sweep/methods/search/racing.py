@@ -1,12 +1,10 @@
-"""Races: candidates that are clearly worse than the best one so far get no more trials.
+"""Races: candidates that are clearly worse than the best candidate get no more trials.
 
-Candidates are compared block by block, on the same random numbers. A mean is tested by
-Student's one-sided test of the candidate's own paired differences, from two blocks on:
-how noisy other candidates are does not matter. Other statistics are tested by
-resampling blocks. After each rung every candidate left is tested once, at `level`.
-
-What that costs is measured on the page of the decision:
-docs/decisions/races-drop-clearly-worse-candidates.md.
+Candidates are compared block by block, on common random numbers. A mean is tested by
+Student's one-sided test of the paired differences of the candidate, from two blocks on.
+So the noise of other candidates does not matter. Other statistics are tested by
+resampling blocks. After each rung every candidate left is tested once, at `level`. The
+measured cost is in docs/decisions/races-drop-clearly-worse-candidates.md.
 """
 
 from collections.abc import Mapping, Sequence
@@ -43,7 +41,7 @@ class Race:
     level : float
         Level of the tests.
     complete : int
-        Number of blocks that make a candidate complete.
+        Number of blocks of a complete candidate.
     """
 
     objectives: tuple[Objective, ...]
@@ -56,14 +54,14 @@ class Race:
     ) -> list[bool]:
         """Return which of the running candidates get no more blocks.
 
-        None of the samples may be empty or NaN.
+        No sample may be empty or NaN.
 
         Parameters
         ----------
         earlier : sequence of Samples
             Candidates of the batches before.
         running : sequence of Samples
-            Candidates that are left; all have the same number of blocks.
+            Candidates that are left, with equal numbers of blocks.
 
         Returns
         -------
@@ -98,7 +96,7 @@ class Race:
     def leaders(self, everyone: Sequence[Samples]) -> list[Samples]:
         """Return the best of the complete candidates within the constraints.
 
-        It is one candidate, or for several objectives their front.
+        The result is a single candidate, or for several objectives the front.
         """
         return self._front(
             [samples for samples in everyone if self._blocks(samples) >= self.complete]
@@ -114,7 +112,7 @@ class Race:
         )
 
     def _values(self, samples: Samples) -> list[float]:
-        """Return the values of the objectives; smaller ones are better."""
+        """Return the values of the objectives; smaller values are better."""
         values = [
             (objective.value(samples[objective.column]), objective.maximize)
             for objective in self.objectives
@@ -122,9 +120,9 @@ class Race:
         return [-value if maximize else value for value, maximize in values]
 
     def _front(self, everyone: Sequence[Samples]) -> list[Samples]:
-        """Return the candidates within the constraints that no other dominates.
+        """Return the candidates within the constraints that no candidate dominates.
 
-        For one objective it is the best one.
+        For a single objective the result is the best candidate.
         """
         rivals = [samples for samples in everyone if self._feasible(samples)]
         if len(self.objectives) == 1:
@@ -163,7 +161,7 @@ def _lost(
 def _violates(samples: Samples, constraint: Constraint, level: float) -> bool:
     """Return whether a candidate violates a constraint, at this level.
 
-    The violation is certain for a statistic that more trials can only make worse.
+    The violation is certain for a statistic that further trials can only make worse.
     """
     values = samples[constraint.column]
     statistic = constraint.statistic
@@ -188,9 +186,9 @@ def _violates(samples: Samples, constraint: Constraint, level: float) -> bool:
 def _below_zero(sample: Floats, level: float) -> bool:
     """Return whether the mean of a sample (blocks,) is below zero, at this level.
 
-    The test is Student's one-sided test. One block is never below: it has no deviation.
-    Blocks that are all equal have none either, such as those of a rare event: they are
-    tested by their signs.
+    The test is Student's one-sided test. A single block has no standard deviation, and
+    so is never below zero. Equal blocks have no standard deviation either, such as
+    blocks of a rare event. A sign test then applies.
     """
     from scipy.special import stdtrit
 
@@ -217,6 +215,6 @@ def _resampled(values: Floats, objective: Objective) -> Floats:
 def _resampled_blocks(count: int) -> NDArray[np.int64]:
     """Return the blocks of each resample, shape (RESAMPLES, count).
 
-    They are the same for all candidates and in every process.
+    The blocks are identical for all candidates and in every process.
     """
     return np.random.default_rng(0).integers(count, size=(RESAMPLES, count))

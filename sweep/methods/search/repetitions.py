@@ -35,7 +35,7 @@ HYPERVOLUME = "hypervolume"
 
 @dataclass(frozen=True, eq=False)
 class AgainstRandom:
-    """Repetitions of a search against random searches with as many trials each.
+    """Repetitions of a search against random searches with equal numbers of trials.
 
     Attributes
     ----------
@@ -63,9 +63,10 @@ class AgainstRandom:
 
     @property
     def estimate(self) -> MeanEstimate:
-        """The search minus random search, with its confidence interval and test.
+        """The search minus random search, with confidence interval and test.
 
-        They are those of the distribution of the objective: Welch's if it is normal.
+        Interval and test follow the distribution of the objective: Welch's test if
+        normal.
         """
         return mean_estimate(self.random, self.search, distribution=self.distribution)
 
@@ -86,11 +87,11 @@ def runs(asked_trials: "AskedTrials", kind: str) -> list[str]:
 def against_random(asked_trials: "AskedTrials") -> AgainstRandom:
     """Compare the repetitions of a search with the random searches.
 
-    The held-out values of their winners are compared. A run is one independent value:
-    it has its own seeds for its sampler and its trials. The held-out seeds are common
-    to all runs, so the confidence interval is for these seeds; the effect that a seed
-    has on every candidate cancels out. With several objectives the value is the
-    hypervolume of the held-out estimates of the front of the run, beyond the point of
+    The function compares the held-out values of the winners. A run is one independent
+    value, with separate seeds for sampler and trials. The held-out seeds are common to
+    all runs, so the confidence interval is for these seeds; the effect that a seed has
+    on every candidate cancels out. With several objectives the value is the hypervolume
+    of the held-out estimates of the front of the run, beyond the point of
     `reference_point`.
     """
     aims = objectives(asked_trials)
@@ -135,7 +136,7 @@ def best_so_far(
     run : str, default SEARCH
         Name of the run.
     reference : array of float, optional
-        Reference point of the hypervolume, shape (m,); by default that of
+        Reference point of the hypervolume, shape (m,); by default from
         `reference_point`.
 
     Returns
@@ -144,7 +145,7 @@ def best_so_far(
         Columns: step (batch or candidate), trials (spent by then, each counted once),
         candidate and value (the winner by then and its estimate). With several
         objectives candidate is -1, and value the hypervolume of the candidates with all
-        blocks by then. NaN, and -1, before there is any.
+        blocks by then. Without any such candidate, value is NaN and candidate -1.
     """
     aims = objectives(asked_trials)
     table = candidates(asked_trials, run)
@@ -167,8 +168,8 @@ def best_so_far(
 def reference_point(asked_trials: "AskedTrials") -> Floats | None:
     """Return the reference point (m,) of the hypervolumes of all runs of a search.
 
-    In each objective it is the worst search estimate of all feasible candidates with
-    all blocks of all runs; None if there is none.
+    The reference point has the worst search estimate of each objective, over all
+    feasible candidates with all blocks of all runs; None without such candidates.
     """
     aims = objectives(asked_trials)
     searched = asked_trials.table.loc[
@@ -251,7 +252,7 @@ def _volumes(
 ) -> pd.DataFrame:
     """Return the hypervolume of the candidates up to each that have all blocks.
 
-    It is known for the last candidate of each step.
+    The hypervolume is known for the last candidate of each step.
     """
     counts = (table["feasible"] & (table["status"] == COMPLETE)).to_numpy()
     values = values_of(table, aims)

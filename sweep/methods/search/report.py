@@ -1,6 +1,6 @@
-"""The report of a stored search as plain data, as tables of texts and in sentences.
+"""The report of a stored search as plain data, as tables of strings and in sentences.
 
-`sweep search` prints it, and the explorer shows it.
+`sweep search` prints the report, and the results explorer shows the report.
 """
 
 from collections.abc import Iterator
@@ -27,20 +27,20 @@ from sweep.tables import Report, StoredStudy, TextTable
 
 
 class ReportTable(NamedTuple):
-    """A table of texts, and how to read it.
+    """A table of strings, with an explanation.
 
     Attributes
     ----------
     titles : list of str
         Titles of the columns.
     rows : list of list of str
-        Texts of the cells.
+        Strings of the cells.
     note : str
         Explanation of the table.
     candidates : list of int
-        Number of the candidate of each row; -1 if it has none.
+        Number of the candidate of each row; -1 without a candidate.
     references : list of int
-        Index of the reference of each row; -1 if it has none.
+        Index of the reference of each row; -1 without a reference.
     """
 
     titles: list[str]
@@ -51,12 +51,12 @@ class ReportTable(NamedTuple):
 
 
 def search_report(study: StoredStudy) -> Report:
-    """Return the report of a search: its candidates, and how they were judged.
+    """Return the report of a search: its candidates, and their held-out results.
 
     Raises
     ------
     ChoiceError
-        If the study is not a search, or `where` has restricted it.
+        If the study is not a search, or `where` has restricted the study.
     StoreError
         If the search has a statistic or distribution that is unknown here.
     """
@@ -74,7 +74,7 @@ def search_report(study: StoredStudy) -> Report:
 
 
 def _text_tables(findings: Findings) -> Iterator[TextTable]:
-    """Give the tables of a report. The first names a candidate once, in a row of it."""
+    """Yield the tables of a report. The first table names each candidate only once."""
     for place, table in enumerate(report_tables(findings)):
         rows = table.rows
         if place == 0:
@@ -88,7 +88,7 @@ def _text_tables(findings: Findings) -> Iterator[TextTable]:
 def report_facts(findings: Findings) -> dict[str, Any]:
     """Return the report that `sweep search --json` prints.
 
-    Numbers have all their digits, and unknown ones are None.
+    Numbers have all their digits, and unknown numbers are None.
     """
     against = findings.against
     return {
@@ -143,7 +143,7 @@ def searched_text(findings: Findings) -> str:
         f" {', '.join(description['parameters'])}\n"
         f"objective   {aims}{bounds}\n"
         f"sampler     {description['sampler']}, batches of {description['batch']},"
-        f" {racing}; up to {full} blocks a candidate\n"
+        f" {racing}; up to {full} blocks per candidate\n"
         f"budget      {findings.spent:,} of {description['budget']:,} trials spent\n"
         f"candidates  {counted(findings.candidates, rejected, repeated)}"
     )
@@ -152,14 +152,14 @@ def searched_text(findings: Findings) -> str:
 def best_text(findings: Findings) -> str:
     """Return the best parameters as lines of a spec, to six digits.
 
-    The text is "" without a winner.
+    The string is "" without a winner.
     """
     if findings.best is None:
         return ""
     role = (
         "the winner"
         if len(findings.objectives) == 1
-        else "of the front the best in the first objective"
+        else "best of the front in the first objective"
     )
     if len(findings.objectives) > 1 and findings.front["knee"].any():
         role = "the knee of the front"
@@ -181,9 +181,9 @@ def _six_digits(value: Any) -> Any:
 def report_tables(findings: Findings) -> list[ReportTable]:
     """Return the tables of a report.
 
-    The first has the chosen candidates and the references, judged on held-out seeds.
-    With several objectives, there are also the front and its differences from the
-    references.
+    The first table has the chosen candidates and the references, judged on held-out
+    seeds. With several objectives, the front and its differences from the references
+    follow.
     """
     tables = [
         judged_table(findings),
@@ -235,16 +235,16 @@ def judged_table(findings: Findings) -> ReportTable | None:
             *("search", "blocks", "held out", "held-out blocks", "too good by"),
         ],
         rows,
-        f"{metric}95 % intervals over so many blocks: of the search each as if"
-        " its candidate had not\nbeen chosen, which makes it look too good; held out,"
-        " on seeds that no search has seen, they hold together.",
+        f"{metric}95 % confidence intervals over blocks: search intervals ignore that"
+        " the candidate was\nchosen, so estimates look too good; held-out intervals, on"
+        " new seeds, are simultaneous.",
         candidates=candidates,
         references=references,
     )
 
 
 def front_table(findings: Findings) -> ReportTable | None:
-    """Return the chosen candidates as a front; None for one objective."""
+    """Return the chosen candidates as a front; None for a single objective."""
     if len(findings.objectives) == 1 or findings.front.empty:
         return None
     rows = []
@@ -257,9 +257,9 @@ def front_table(findings: Findings) -> ReportTable | None:
     return ReportTable(
         ["candidate", "on the held-out front", "in resamples", "beaten by"],
         rows,
-        "In resamples: how often a candidate stays on the front when held-out"
-        " blocks are drawn again. Beaten by:\nbetter in every objective, beyond"
-        " intervals of the paired differences that hold together.",
+        "In resamples: fraction of resamples of held-out blocks in which a candidate"
+        " is on the front. Beaten by:\nbetter in every objective, beyond simultaneous"
+        " confidence intervals of the paired differences.",
         candidates=findings.front["candidate"].tolist(),
         references=[-1] * len(rows),
     )
@@ -286,8 +286,8 @@ def differences_table(findings: Findings) -> ReportTable | None:
     return ReportTable(
         ["candidate", "minus", "objective", "difference", "blocks", "seeds save"],
         rows,
-        "95 % intervals that hold together, of n pairs of blocks; common seeds"
-        " save so many times as many blocks.",
+        "simultaneous 95 % confidence intervals of n pairs of blocks; seeds save:"
+        " factor saved by common seeds.",
         candidates=findings.differences["candidate"].tolist(),
         references=[places.index(name) for name in findings.differences["reference"]],
     )
@@ -296,7 +296,7 @@ def differences_table(findings: Findings) -> ReportTable | None:
 def references_text(findings: Findings) -> str:
     """Return sentences on the winner against the references.
 
-    The text is "" without references, and for several objectives.
+    The string is "" without references, and for several objectives.
     """
     if len(findings.objectives) > 1 or findings.differences.empty:
         return ""
@@ -317,14 +317,14 @@ def references_text(findings: Findings) -> str:
         )
         lines.append(f"{sentence}\n    (95 %; {row['n']} pairs of blocks{reduction})")
     return "\n".join(lines) + (
-        "\nThese intervals hold together." if len(lines) > 1 else ""
+        "\nAll intervals are simultaneous." if len(lines) > 1 else ""
     )
 
 
 def against_text(findings: Findings) -> str:
     """Return sentences on the search against random searches.
 
-    The text is "" if the search was not repeated.
+    The string is "" if the search was not repeated.
     """
     against = findings.against
     if against is None:

@@ -1,7 +1,7 @@
 """One run of a search: propose candidates, race and tell, until the budget is spent.
 
-Nothing depends on the order in which trials come back: all results of a rung are known
-before anything is decided.
+The result does not depend on the order in which trials finish: all results of a rung
+are known before any decision.
 """
 
 from collections.abc import Iterable, Iterator
@@ -26,7 +26,7 @@ MOST_IDLE = 1000
 
 @dataclass(frozen=True, eq=False)
 class RunSetup:
-    """The properties that distinguish one run of a search from another.
+    """The properties that distinguish the runs of a search.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class RunSetup:
     def rungs(self) -> list[int]:
         """Return the number of blocks after each rung: 1, 2, 4, ... and the last.
 
-        Without races there is only the last.
+        Without races there is only the last rung.
         """
         if self.level is None:
             return [self.blocks]
@@ -65,14 +65,14 @@ class RunSetup:
 
 @dataclass(eq=False)
 class AskedCandidate:
-    """A candidate, and the trials that it has got so far.
+    """A candidate, with its trials so far.
 
     Attributes
     ----------
     number : int
         Index among all proposals.
     batch : int
-        Number of the batch; -1 if there is none.
+        Number of the batch; -1 without a batch.
     candidate : Candidate
         The values of the parameters.
     trials : list of list of Job
@@ -88,7 +88,7 @@ class AskedCandidate:
     samples: dict[str, Floats] | None = None
 
     def give(self, blocks: Iterable[int]) -> list[Job]:
-        """Add the trials of some blocks, and return them."""
+        """Add the trials of some blocks, and return the added trials."""
         scenarios = range(len(self.candidate.points))
         more = [
             [self.candidate.job(block, place) for place in scenarios]
@@ -148,10 +148,11 @@ class Run:
     best_so_far: str = ""
 
     def rounds(self) -> Iterator[list[Job]]:
-        """Yield the trials of one rung after the other.
+        """Yield the trials of each rung.
 
-        Before the caller takes the next ones, it enters the values of the last ones in
-        `known`. Raises SpecError if MOST_IDLE candidates in a row are rejected, or all.
+        Before the caller takes the next rung, it enters the values of the last rung in
+        `known`. Raises SpecError if all candidates, or MOST_IDLE in a row, are
+        rejected.
         """
         search = section_of(self.setup.study)
         self.optuna = new_study(
@@ -203,10 +204,10 @@ class Run:
         return ended
 
     def _ask(self, batch: int) -> "tuple[Trial, AskedCandidate | None]":
-        """Return the next proposal of the sampler, and its candidate.
+        """Return the next proposal of the sampler, with its candidate.
 
-        The candidate is an earlier one if it is the same, and None if the spec rejects
-        it.
+        The candidate is an earlier candidate if the parameters are equal, and None if
+        the spec rejects the proposal.
         """
         with quiet():
             trial = self.optuna.ask(self.ranges)
@@ -274,7 +275,7 @@ class Run:
     ) -> tuple[list[Job], bool]:
         """Give each candidate its blocks from `had` to `rung`, block after block.
 
-        Returns their trials, and whether the budget was enough.
+        Returns the new trials, and whether the budget was enough.
         """
         jobs: list[Job] = []
         for block in range(had, rung):
@@ -289,7 +290,7 @@ class Run:
     def _tell(self, proposed: "list[tuple[Trial, AskedCandidate | None]]") -> None:
         """Tell the sampler the results of a batch, in the order asked.
 
-        A proposal without a result is worse than all others.
+        A proposal without a result is worse than all proposals with a result.
         """
         from optuna.trial import TrialState
 

@@ -83,13 +83,12 @@ def _count(form: str, arguments: tuple[Value, ...]) -> float:
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Silence the log lines of optuna and its warnings about experimental options.
+    """Silence the log lines of optuna and warnings about experimental options.
 
     The context imports optuna.
     """
     with warnings.catch_warnings():
-        # In Jupyter tqdm, which optuna imports, asks for widgets for bars that nobody
-        # sees.
+        # In Jupyter tqdm, which optuna imports, asks for widgets for invisible bars.
         warnings.filterwarnings("ignore", "IProgress not found")
         import optuna
 

@@ -31,7 +31,7 @@ def constraints_schema() -> Schema:
 
 
 def model_schema(forms: ModelSchemas) -> Schema:
-    """Return the schema of the section for one model."""
+    """Return the schema of the section for a model."""
     references = {"additionalProperties": forms.values}
     own = {
         "parameters": forms.ranges,
@@ -42,7 +42,7 @@ def model_schema(forms: ModelSchemas) -> Schema:
 
 
 def definitions() -> Schema:
-    """Return the schema of a statistic of the values of a metric, by its name."""
+    """Return the schema of a statistic of the values of a metric, by name."""
     share = {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1}
     known = STATISTICS.items()
     alone = {name: entry for name, entry in known if not entry.takes_share}

@@ -1,4 +1,4 @@
-"""The `search` section of a spec: its reader, and all that a study has through it.
+"""The `search` section of a spec: its reader, and its effects on a study.
 
 All functions raise SpecError, with file and line, for values that are not allowed.
 """
@@ -42,7 +42,7 @@ from sweep.text import unknown
 MOST_REFERENCES = 1000
 KEY = Key(
     LaterSectionOf(Search),
-    "what is searched for, instead of a sweep",
+    "an optimisation of parameters, instead of a sweep",
     name="search",
     otherwise="none",
 )
@@ -72,7 +72,7 @@ def read_search(root: Entry, context: SpecContext) -> Search:
     all_right = not mistakes
     search = None
     references = None
-    if parameters:  # which name what a reference has
+    if parameters:  # references have values of these parameters
         references = mistakes.read(
             _references, read.get("references"), settings=settings, names=names
         )
@@ -109,20 +109,18 @@ def _parameters(
 
 def _parameter(name: str, entry: Entry, settings: dict[str, Setting]) -> Parameter:
     if name not in settings:
-        raise entry.error(unknown("setting", name, settings))
+        raise entry.error(unknown("parameter", name, settings))
     bounded = [form for form, each in DISTRIBUTIONS.items() if each.bounded]
     content = entry.value if isinstance(entry.value, dict) else {}
     for form in DISTRIBUTIONS:
         if form in content and form not in bounded:
             raise entry.error(
-                f'"{name}" cannot be {form}: a search needs bounds,'
-                f" as {', '.join(bounded)} have"
+                f'"{name}" cannot be {form}: a search needs bounds;'
+                f" allowed: {', '.join(bounded)}"
             )
     entry.keys(bounded)
     if len(entry.value) > 1:
-        raise entry.error(
-            f'"{name}" needs one of {", ".join(entry.value)}, not all of them'
-        )
+        raise entry.error(f'"{name}" needs exactly one of {", ".join(entry.value)}')
     (form,) = entry.value
     values = [child.value for child in entry.child(form).entries()]
     try:
@@ -137,7 +135,7 @@ def _parameter(name: str, entry: Entry, settings: dict[str, Setting]) -> Paramet
 def _over(
     entry: Entry | None, reader: AxisReader, taken: Iterable[str]
 ) -> tuple[Axis, ...]:
-    """Return the axes of the scenarios, which are the same for every candidate."""
+    """Return the axes of the scenarios, which are common to all candidates."""
     axes = read_axes(entry, reader, taken)
     for axis in axes:
         assert entry is not None
@@ -151,11 +149,12 @@ def _over(
             raise (
                 entry.child(axis.name)
                 .child("continue")
-                .error("over takes no continue: a scenario begins anew for each trial")
+                .error("over takes no continue: each trial starts a scenario again")
             )
         if axis.blocks:
             raise entry.child(axis.name).error(
-                f"over takes no {axis.sampler} sample: it is no analysis of sensitivity"
+                f"over takes no {axis.sampler} sample: a search is no sensitivity"
+                " analysis"
             )
     return axes
 
@@ -183,7 +182,7 @@ def _check_once(
 
 def _has_a_value(setting: str, place: Place) -> str:
     where = ".".join(str(part) for part in place)
-    return f'"{setting}" has a value already, under {where}'
+    return f'"{setting}" already has a value, under {where}'
 
 
 def _objectives(entry: Entry | None, metrics: KnownMetrics) -> tuple[Objective, ...]:
@@ -234,7 +233,7 @@ def _statistic(entry: Entry) -> Statistic:
     if not isinstance(entry.value, dict):
         kind = entry.one_of("statistic", STATISTICS)
         if STATISTICS[kind].takes_share:
-            raise entry.error(f"{kind} needs its share, as in {{{kind}: 0.1}}")
+            raise entry.error(f"{kind} needs a fraction, such as {{{kind}: 0.1}}")
         return Statistic(kind)
     sharing = [name for name, each in STATISTICS.items() if each.takes_share]
     entry.keys(sharing)
@@ -253,7 +252,7 @@ def _references(
 ) -> dict[str, dict[str, Value]]:
     references: dict[str, dict[str, Value]] = {}
     if entry and len(dict(entry.mapping())) > MOST_REFERENCES:
-        raise entry.error(f'"references" are at most {MOST_REFERENCES:,}')
+        raise entry.error(f'"references" allows at most {MOST_REFERENCES:,} names')
     mistakes = Mistakes()
     for reference, child in entry.mapping() if entry else ():
         read = dict[str, Value]()
@@ -262,7 +261,7 @@ def _references(
                 if name not in names:
                     raise value.error(unknown("parameter", name, names))
                 read[name] = _coerced(settings[name], value)
-        if child.value.keys() <= set(names):  # else one is written otherwise
+        if child.value.keys() <= set(names):  # else a name is misspelt
             with mistakes.noted():
                 child.keys(names, required=names)
         references[reference] = {name: read[name] for name in names if name in read}
@@ -278,7 +277,7 @@ def _coerced(setting: Setting, entry: Entry) -> Value:
 
 
 def _setting_values(search: Search) -> dict[str, SettingValues]:
-    """Return the values of the searched settings and of the scenarios, by setting."""
+    """Return the values of the searched parameters and of the scenarios, by name."""
     scenarios = {
         name: SettingValues((KEY.name, "over", axis.name), column)
         for axis in search.over
@@ -300,30 +299,27 @@ def scenarios_of(study: Study, search: Search) -> Study:
 
 
 def _strategy(study: Study, _search: Search, results: Location | None) -> Any:
-    """Return the strategy of a study. The import of campaigns waits until here."""
+    """Return the strategy of a study. The call imports `sweep.campaigns`."""
     from sweep.methods.search.strategy import search_strategy
 
     return search_strategy(study, results)
 
 
 def _plan(study: Study, workers: int, compiling_seconds: float) -> Any:
-    """Return the plan of a study. The import of trials waits until here."""
+    """Return the plan of a study. The call imports `sweep.trial`."""
     from sweep.methods.search.plan import make_search_plan
 
     return make_search_plan(study, workers, compiling_seconds)
 
 
-SCENARIOS = (
-    "axes of the scenarios that a candidate must be good at together stand in"
-    ' "search" under "over"'
-)
+SCENARIOS = 'axes of the scenarios for all candidates belong in "search" under "over"'
 SECTION = SpecSection(
     KEY,
     read=read_search,
     not_beside={
         "sweep": SCENARIOS,
         "sizes": SCENARIOS,
-        "order": "a search asks for one candidate after the other",
+        "order": "a search proposes candidates in sequence",
     },
     strategy=_strategy,
     stand_in=scenarios_of,

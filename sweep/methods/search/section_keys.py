@@ -38,10 +38,10 @@ SEARCHED = Whole(1, MOST_SEARCHED)
 
 @dataclass(frozen=True)
 class Parameter:
-    """A setting that the search varies.
+    """A parameter that the search varies.
 
-    `form` is a bounded one of DISTRIBUTIONS. `arguments` are its bounds, or the values
-    to choose from.
+    `form` is a bounded entry of DISTRIBUTIONS. `arguments` are the bounds, or the
+    values to choose from.
     """
 
     name: str
@@ -55,10 +55,10 @@ class HeldOut:
 
     candidates: Annotated[
         int,
-        Key(SEARCHED, "how many of the best are judged, beside the references"),
+        Key(SEARCHED, "number of best candidates to judge, next to the references"),
     ] = 5
     replicates: Annotated[
-        int, Key(SEARCHED, "trials of each of them in each scenario")
+        int, Key(SEARCHED, "trials per judged candidate and scenario")
     ] = 40
 
 
@@ -73,7 +73,7 @@ class RaceLevel:
         float,
         Key(
             Number(above=0, below=0.5),
-            "of the tests by which candidates are dropped",
+            "significance level of the tests that drop candidates",
             example="0.05",
         ),
     ]
@@ -81,7 +81,7 @@ class RaceLevel:
 
 @dataclass(frozen=True)
 class Racing(Content[float | None]):
-    """The level of the tests by which candidates are dropped; None for no test."""
+    """The level of the tests that drop candidates; None for no test."""
 
     @property
     def words(self) -> str:
@@ -101,12 +101,12 @@ class Racing(Content[float | None]):
         return {"anyOf": [Truth().schema(), section_schema(RaceLevel)]}
 
     def write(self, value: float | None) -> Any:
-        """Return the level as a spec writes it: a boolean, or a mapping."""
+        """Return the level in the form of a spec: a boolean, or a mapping."""
         return value is not None if value in (LEVEL, None) else {"level": value}
 
     @property
     def sections(self) -> tuple[type[Any], ...]:
-        """The classes whose keys may appear below this one."""
+        """The classes whose keys may appear below this class."""
         return (RaceLevel,)
 
 
@@ -114,16 +114,16 @@ class Racing(Content[float | None]):
 class Search:
     """A checked `search` section, whose keys are its fields.
 
-    `level` is the level of the tests by which candidates are dropped, None if no
-    candidate is dropped. `over` are the axes of the scenarios. `references` are values
-    of all parameters, by name.
+    `level` is the level of the tests that drop candidates, None if no candidate is
+    dropped. `over` has the axes of the scenarios. `references` has values of all
+    parameters, by name.
     """
 
     parameters: Annotated[
         tuple[Parameter, ...],
         Key(
-            ReadLater("settings with ranges", ranges_schema),
-            "settings, each with the range in which it is searched",
+            ReadLater("parameters with ranges", ranges_schema),
+            "parameters, each with a search range",
             example="{n: {integers: [10, 100]}}",
         ),
     ]
@@ -134,7 +134,7 @@ class Search:
                 "metrics, each with {minimize: ...} or {maximize: ...}",
                 objectives_schema,
             ),
-            "metrics at the last frame, or `<metric>_mean` over the last half",
+            "metrics at the last frame, or `<metric>_mean` over the second half",
             example=f"{{{ANY_METRIC}: {{maximize: mean}}}}",
         ),
     ]
@@ -145,7 +145,7 @@ class Search:
                 "metrics, each with {at_most: ...} or {at_least: ...}",
                 constraints_schema,
             ),
-            "bounds of such metrics",
+            "bounds of metrics",
             otherwise="none",
             example=f"{{{ANY_METRIC}: {{at_most: 1, statistic: worst}}}}",
         ),
@@ -154,7 +154,7 @@ class Search:
         int,
         Key(
             SEARCHED,
-            "most trials of the search; those on held-out seeds come on top",
+            "most trials of the search, without trials on held-out seeds",
             example="600",
         ),
     ]
@@ -162,19 +162,19 @@ class Search:
         str,
         Key(
             EntryOf("sampler", SEARCH_SAMPLERS),
-            "what proposes candidates",
+            "sampler that proposes candidates",
             otherwise=f"{FOR_ONE}, for several objectives {FOR_SEVERAL}",
             example="nsga3",
         ),
     ]
     batch: Annotated[
-        int, Key(Whole(1, MOST_BATCH), "candidates asked for at once", example="24")
+        int, Key(Whole(1, MOST_BATCH), "candidates per batch", example="24")
     ] = 12
     level: Annotated[
         float | None,
         Key(
             Racing(),
-            "whether candidates that are clearly worse get no more trials;"
+            "early stop of candidates that are clearly worse;"
             f" true is {{level: {LEVEL:g}}}",
             name="racing",
             example="false",
@@ -184,8 +184,8 @@ class Search:
         tuple[Axis, ...],
         Key(
             ReadLater("axes by name, as under `sweep`"),
-            "axes of the scenarios that a candidate must be good at together",
-            otherwise="one scenario",
+            "axes of the scenarios in which each candidate is evaluated",
+            otherwise="a single scenario",
             example="{steps: [500, 1000]}",
         ),
     ]
@@ -193,7 +193,7 @@ class Search:
         HeldOut,
         Key(
             SectionOf(HeldOut),
-            "what is judged on seeds that no search has seen",
+            "candidates to judge on new seeds, and their replicates",
             otherwise=f"the {BEST.candidates} best, with {BEST.replicates} replicates",
             example="{replicates: 100}",
         ),
@@ -202,7 +202,7 @@ class Search:
         dict[str, dict[str, Value]],
         Key(
             ReadLater("names, each with a value for every parameter", ranges_schema),
-            "settings of all parameters, by name, that are judged too",
+            "named sets of values of all parameters that are judged too",
             otherwise="none",
             example="{published: {n: 50}}",
         ),
@@ -215,7 +215,7 @@ class Search:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """The columns of trials that decide, each once."""
+        """The columns of trials that decide, without repetition."""
         objectives = [objective.column for objective in self.objectives]
         return tuple(
             dict.fromkeys(
@@ -226,8 +226,8 @@ class Search:
     def held_out_trials(self, repetitions: int) -> int:
         """Return the largest number of trials on held-out seeds.
 
-        These are trials of the best candidates, of the references, and of the winners
-        of each repetition and random search.
+        The number includes trials of the best candidates, of the references, and of the
+        winners of each repetition and random search.
         """
         several = self.held_out.candidates if len(self.objectives) > 1 else 1
         settings = (

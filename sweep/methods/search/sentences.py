@@ -1,4 +1,4 @@
-"""The findings of a search in plain words: who is better, and caveats."""
+"""The findings of a search in plain words: the better candidate, and caveats."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -13,7 +13,7 @@ from sweep.spec import DISTRIBUTIONS, Distribution, Setting
 EDGE = 0.02
 """Fraction of a range, from an end, within which a winner is at the edge."""
 FEWEST_BLOCKS = 10
-"""Number of held-out blocks below which a candidate is hardly judged."""
+"""Number of held-out blocks below which the judgement of a candidate is weak."""
 
 FEWEST_IN_TAIL = 10
 """Number of blocks in the tail of a statistic, below which intervals are too narrow."""
@@ -38,22 +38,22 @@ def verdict(
 ) -> str:
     """Return a sentence on the difference between two candidates.
 
-    It reports which one is better, and by how much, or that they are not shown to
-    differ.
+    The sentence names the better candidate with the difference, or reports that no
+    difference is shown.
 
     Parameters
     ----------
     objective : Objective
         Objective that was compared.
     difference : mapping
-        `who` minus `whom`: difference, low and high, as
-        `sweep.methods.search.held_out.differences` returns them.
+        `who` minus `whom`: difference, low and high, from
+        `sweep.methods.search.held_out.differences`.
     unit : str
-        Unit of the column; "" if it has none.
+        Unit of the column; "" without a unit.
     who : str
         Name of the candidate, at the beginning of the sentence.
     whom : str
-        Name of the other one.
+        Name of the other candidate.
     """
     value, low, high = (
         float(difference[name]) for name in ("difference", "low", "high")
@@ -69,7 +69,7 @@ def verdict(
     if math.isnan(low) and value != 0.0:
         return (
             f"{who} is {side} than {whom} in {column} by {number(abs(value))}{unit},"
-            " which has no interval"
+            " without a confidence interval"
         )
     if math.isnan(low) or low <= 0.0 <= high:
         between = f"the difference is {with_interval(value, low, high)}{unit}"
@@ -81,7 +81,8 @@ def verdict(
 def thin_tail(objective: Objective, blocks: int) -> str:
     """Return a warning if a statistic of the tail rests on few of the blocks, else "".
 
-    The confidence interval of such a statistic, for example a CVaR, is too narrow.
+    The confidence interval of a statistic of the tail, for example a CVaR, is too
+    narrow.
     """
     tail = objective.statistic.tail
     if tail is None or tail * blocks >= FEWEST_IN_TAIL:
@@ -89,13 +90,13 @@ def thin_tail(objective: Objective, blocks: int) -> str:
     enough = math.ceil(FEWEST_IN_TAIL / tail)
     return (
         f"The {objective.statistic} of {objective.column} rests on few of {blocks}"
-        " held-out blocks, so that its interval is too narrow:"
-        f" take {enough} held-out replicates."
+        " held-out blocks, so the confidence interval is too narrow:"
+        f" use {enough} held-out replicates."
     )
 
 
 def difference_unit(unit: str) -> str:
-    """Return the unit of a difference, after a space: that of percentages is points."""
+    """Return the unit of a difference, after a space: points for percentages."""
     return {"": "", "%": " % points"}.get(unit, f" {unit}")
 
 
@@ -107,7 +108,7 @@ def edges(
     """Return a sentence for each parameter whose best value is at an end of its range.
 
     There may be better values beyond. An end does not count if the model allows no
-    values beyond it, or if the range has only two integers.
+    values beyond the end, or if the range has only two integers.
 
     Parameters
     ----------
@@ -134,8 +135,8 @@ def edges(
             if near <= EDGE and end != limit:
                 side = "lower" if end == low else "upper"
                 sentences.append(
-                    f"{name} = {winner[name]:.6g} lies at the {side} end of its range,"
-                    f" {low:g} to {high:g}: widen it, there may be better beyond"
+                    f"{name} = {winner[name]:.6g} is at the {side} end of its range,"
+                    f" {low:g} to {high:g}: widen the range, better values may exist"
                 )
     return sentences
 
@@ -166,15 +167,15 @@ def counted(candidates: pd.DataFrame, rejected: int, repeated: int) -> str:
         if len(candidates)
         else "none asked"
     )
-    text += f"; {infeasible} of them not feasible" if infeasible else ""
+    text += f"; {infeasible} not feasible" if infeasible else ""
     text += f"; {rejected} more rejected by the spec" if rejected else ""
-    return text + (f"; {repeated} more were asked before" if repeated else "")
+    return text + (f"; {repeated} more were proposed before" if repeated else "")
 
 
 def _share(entry: Distribution, value: float, low: float, high: float) -> float:
-    """Return the position of a value in a range, as a fraction from its lower end.
+    """Return the position of a value in a range, as a fraction from the lower end.
 
-    It is 0.5 if the range has no ends to be near.
+    The position is 0.5 for a range without ends to be near.
     """
     if entry.kind == "whole":
         return 0.5 if high - low < 2.0 else (value - low) / (high - low)

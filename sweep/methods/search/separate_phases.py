@@ -1,7 +1,7 @@
 """A stored search with `phase` as a parameter that varies.
 
-Trials that chose among candidates, and held-out trials that judge the chosen ones, are
-never averaged together.
+Trials that chose among candidates, and held-out trials that judge the chosen
+candidates, are never averaged together.
 """
 
 from sweep.errors import StoreError
@@ -12,10 +12,10 @@ from sweep.tables import StoredStudy
 PHASE = "phase"
 MEANINGS = {
     "search": (
-        "trials of phase search chose among the candidates, so the best of them look"
-        " too good"
+        "trials of phase search chose among the candidates, so the best candidates"
+        " look too good"
     ),
-    "held_out": "trials of phase held_out judge the chosen ones with other seeds",
+    "held_out": "trials of phase held_out judge the chosen candidates with other seeds",
 }
 
 
@@ -28,7 +28,7 @@ def by_phase(study: StoredStudy) -> StoredStudy:
         return study
     if lacking := {"trial_id", PHASE} - set(requests.column_names):
         raise StoreError(
-            f"{study.store.folder / PLAN}: it has no column {min(lacking)};"
+            f"{study.store.folder / PLAN}: column {min(lacking)} is missing;"
             f" {SEARCH_AGAIN}"
         )
     rows = requests.select(["trial_id", PHASE]).to_pandas().drop_duplicates("trial_id")

@@ -1,6 +1,6 @@
 """Statistics of the values of a metric that a search can use.
 
-To add one, write a function and enter it in STATISTICS.
+To add a statistic, write a function and enter it in STATISTICS.
 """
 
 from collections.abc import Callable
@@ -15,32 +15,32 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class StatisticKind:
-    """A kind of statistic: one number for many values.
+    """A kind of statistic: a single number for many values.
 
     Attributes
     ----------
-    formula
+    formula : callable
         Returns the statistic along the last axis from `values`, `share` and `maximize`.
         `values` has the shape (..., n), n above zero, without NaN; the result has the
-        shape (...). With `maximize` the smaller values are the worse, else the larger.
-    text
+        shape (...). With `maximize` smaller values are worse, otherwise larger values.
+    text : str
         Description of the statistic.
-    takes_share
-        True if specs give it a share, above 0 and below 1, as in `{quantile: 0.1}`.
-        Other statistics get NaN.
-    words
-        Name in reports, if it is not the name in specs.
-    averages
+    takes_share : bool, default False
+        True if specs give a fraction, above 0 and below 1, such as `{quantile: 0.1}`.
+        Further statistics get NaN.
+    words : str, default ""
+        Name in reports, if not the name in specs.
+    averages : bool, default False
         True if the statistic is the mean over blocks of means of blocks. Student's
         intervals and tests then hold.
-    extreme
-        True if the statistic is one of the values, and more values can only make it
-        worse. No confidence interval then tells how bad it can get.
-    bootstrap
+    extreme : bool, default False
+        True if the statistic is a member of the values, and more values can only make
+        it worse. A confidence interval then cannot bound the worst value.
+    bootstrap : {"BCa", "percentile"}, default "BCa"
         Kind of the bootstrap interval of a statistic that neither averages nor is
         extreme.
-    tail
-        Returns the fraction of the values that the statistic rests on, from its share.
+    tail : callable, optional
+        Returns the fraction of the values that the statistic rests on, from `share`.
     """
 
     formula: Callable[[Floats, float, bool], Floats]
@@ -86,7 +86,7 @@ def worst(values: Floats, _share: float, maximize: bool) -> Floats:
 def quantile(values: Floats, share: float, _maximize: bool) -> Floats:
     """Return the quantile along the last axis, whichever direction is better.
 
-    It is interpolated linearly, numpy's default.
+    The quantile is interpolated linearly, numpy's default.
 
     Parameters
     ----------
@@ -103,8 +103,8 @@ def quantile(values: Floats, share: float, _maximize: bool) -> Floats:
 def cvar(values: Floats, share: float, maximize: bool) -> Floats:
     """Return the mean of the worst fraction of the values, along the last axis.
 
-    The last of the worst values is weighted by the fraction of it that belongs to the
-    share (Rockafellar and Uryasev 2000, Journal of Risk 2, 21-41).
+    The last of the worst values is weighted by the part that belongs to the fraction
+    (Rockafellar and Uryasev 2000, Journal of Risk 2, 21-41).
 
     Parameters
     ----------
@@ -126,19 +126,19 @@ STATISTICS: dict[str, StatisticKind] = {
     "worst": StatisticKind(worst, "the worst of all values", extreme=True),
     "quantile": StatisticKind(
         quantile,
-        "the value below which this part of all values lies",
+        "the value below which this fraction of all values is",
         takes_share=True,
         bootstrap="percentile",
         tail=lambda share: min(share, 1.0 - share),
     ),
     "cvar": StatisticKind(
         cvar,
-        "conditional value at risk: the mean of this part of all values, the worst",
+        "conditional value at risk: the mean of the worst fraction of all values",
         takes_share=True,
         words="CVaR",
         tail=lambda share: share,
     ),
 }
-"""Statistics by their names in specs."""
+"""Statistics by the names in specs."""
 USUAL = "mean"
-"""Statistic of a constraint that names none; reports leave its name out."""
+"""Statistic of a constraint that names no statistic; reports leave this name out."""

@@ -1,6 +1,6 @@
 """A whole search: the search itself, its repetitions, and random searches.
 
-Each of them has its held-out trials. The random searches are there to compare with.
+Each run has held-out trials. The random searches serve as a comparison.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -46,9 +46,10 @@ RANDOM_BLOCKS = 3
 class SearchStrategy:
     """A strategy that requests the trials of a search.
 
-    It requests one rung of a race after the other, then the held-out trials of the
-    chosen candidates. The same follows for each repetition and random search. Raises
-    SpecError for a study that is not a search, and for a search that is not possible.
+    The strategy requests the rungs of a race in order, then the held-out trials of the
+    chosen candidates. The repetitions and random searches follow in an equal way.
+    Raises SpecError for a study that is not a search, and for a search that is not
+    possible.
     """
 
     grows = True
@@ -70,9 +71,9 @@ class SearchStrategy:
         self.known = KnownValues(self.section.columns)
 
     def rounds(self, look: Look) -> Iterator[Round]:
-        """Yield a round per rung of each run, and a round of its held-out trials.
+        """Yield a round per rung of each run, and a round of held-out trials per run.
 
-        The last round has no trials: it has the plan of the finished search.
+        The last round has no trials, only the plan of the finished search.
         """
         for setup in self.setups:
             searched = AskedPhase(setup.name, SEARCH, [])
@@ -103,7 +104,7 @@ class SearchStrategy:
     def _judge(self, searched: AskedPhase) -> Iterator[list[Job]]:
         """Yield the held-out trials of the candidates that a run has chosen.
 
-        The held-out trials of the references go with those of the main search.
+        The main search includes the held-out trials of the references.
         """
         name = searched.run
         objectives = self.section.objectives
@@ -154,10 +155,10 @@ class SearchStrategy:
 
 
 def search_strategy(study: Study, results: Location | None) -> SearchStrategy:
-    """Return the strategy of a search, with as many repetitions as its stored search.
+    """Return the strategy of a search, with the repetitions of the stored search.
 
-    There are none where another spec, or nothing, is stored in `results`. Raises
-    SpecError for a search that cannot be.
+    The number is 0 if a different spec, or nothing, is stored in `results`. Raises
+    SpecError for an impossible search.
     """
     return SearchStrategy(study, stored_repetitions(study, results) if results else 0)
 
@@ -171,9 +172,9 @@ def search(
     retry: bool = False,
     report: Callable[[Progress], None] = lambda _progress: None,
 ) -> Progress:
-    """Search, judge the best candidates on held-out seeds, and repeat both.
+    """Search, judge the best candidates on held-out seeds, and repeat if requested.
 
-    What is stored is not run again, with `retry` only if it is done.
+    Stored trials do not run again. With `retry`, only done trials count as stored.
 
     Parameters
     ----------
@@ -182,8 +183,8 @@ def search(
         Folder of results.
     executor : ExecutorFactory
     repetitions : int, optional
-        Number of repetitions, and of random searches to compare with. By default as
-        many as the stored search of this spec has, or none.
+        Number of repetitions, and of random searches to compare with. By default the
+        number of the stored search of this spec, or 0.
     retry : bool, default False
         Run trials again that are stored but not done.
     report : callable, optional
@@ -192,7 +193,7 @@ def search(
     Raises
     ------
     SpecError
-        For a study that is no search, and for a search that cannot be.
+        For a study that is no search, and for an impossible search.
     """
     if repetitions is None:
         strategy = search_strategy(study, results)
@@ -202,12 +203,12 @@ def search(
 
 
 def _setups(study: Study, repetitions: int) -> list[RunSetup]:
-    """Return the search, its repetitions, and as many plain random searches."""
+    """Return the search, its repetitions, and equally many plain random searches."""
     section = section_of(study)
     blocks = study.trials_per_point
     if repetitions and study.seeds is not None:
         message = (
-            "repetitions of a search need seeds of their own:"
+            "each repetition of a search needs new seeds:"
             ' give "replicates" instead of "seeds"'
         )
         raise study.document.error(("seeds",), message)

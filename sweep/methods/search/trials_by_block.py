@@ -15,13 +15,14 @@ class TrialsByBlock(NamedTuple):
     Attributes
     ----------
     candidates : array of int
-        Their numbers in ascending order, shape (k,).
+        Numbers of the candidates in ascending order, shape (k,).
     stored : array of bool
         Whether each trial has run, shape (k, n, s).
     done : array of bool
-        Whether it has a finite result in all requested columns, shape (k, n, s).
+        Whether each trial has a finite result in all requested columns, shape (k, n,
+        s).
     values : dict of arrays
-        Values by column, NaN if there is none, shape (k, n, s).
+        Values by column, NaN without a value, shape (k, n, s).
     """
 
     candidates: NDArray[np.int64]
@@ -32,8 +33,7 @@ class TrialsByBlock(NamedTuple):
     def counts(self) -> NDArray[np.int64]:
         """Return the number of blocks of each candidate that count, shape (k,).
 
-        These are the blocks that have run in every scenario, up to the first that has
-        not.
+        A block counts if it and all blocks before have run in every scenario.
         """
         return np.asarray(
             np.logical_and.accumulate(self.stored.all(axis=2), axis=1).sum(axis=1),
@@ -58,7 +58,7 @@ class TrialsByBlock(NamedTuple):
         return self.values[column][place, : self.counts()[place]]
 
     def find(self, candidate: int) -> int:
-        """Return the index of a candidate. Raises KeyError if it has no trials."""
+        """Return the index of a candidate. Raises KeyError without trials."""
         (places,) = np.nonzero(self.candidates == candidate)
         if not len(places):
             raise KeyError(candidate)
@@ -66,7 +66,7 @@ class TrialsByBlock(NamedTuple):
 
 
 def by_block(rows: pd.DataFrame, columns: list[str]) -> TrialsByBlock:
-    """Return the trials in `rows`, which are of one run and one phase of a search."""
+    """Return the trials in `rows`, which are of a single run and phase of a search."""
     candidates, places = np.unique(
         rows["candidate"].to_numpy(np.int64), return_inverse=True
     )

@@ -4,9 +4,10 @@ sampled          means of the points of a sample
 screening        Morris's elementary effects
 resampled_ranks  rank correlations
 sobol_indices    fractions of variance
-analysis         the table of each of these
-figure           their figure
-method           its entry
+
+analysis         the table of each analysis
+figure           the figure of a table
+method           the entry of the method
 """
 
 import lazy_loader

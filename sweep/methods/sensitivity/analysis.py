@@ -1,14 +1,14 @@
 """Sensitivity analyses: Sobol indices, Morris's elementary effects, rank correlations.
 
-All are of means over replicates. The mean of a point is over the trials that have a
-value. If no trial of a point has one, the whole block of points is left out, and the
-table counts these blocks. The table then holds for the part of the space where the
+All analyses use means over replicates. The mean of a point is over the trials with a
+value. If no trial of a point has a value, the whole block of points is left out, and
+the table counts these blocks. The table then holds for the part of the space where the
 model gives a value.
 
 Confidence intervals are percentiles of a bootstrap over blocks, or over points if the
-sample has no blocks. So the intervals include the noise. They are not simultaneous.
-They assume blocks drawn at random. Blocks of a Sobol sequence or a Latin hypercube are
-more even, which makes intervals too wide rather than too narrow.
+sample has no blocks. So the intervals include the noise. The intervals are not
+simultaneous, and assume blocks drawn at random. Blocks of a Sobol sequence or a Latin
+hypercube are more even, which makes intervals too wide rather than too narrow.
 
 A table has one row per parameter, or index, at each combination of the other axes,
 whose parameters are the first columns. The last columns count: blocks, blocks_left_out,
@@ -57,7 +57,7 @@ MOST_NUMBERS = 2_000_000
 def every_sampler(study: StoredStudy) -> tuple[str, ...]:
     """Return the samplers that an axis may have.
 
-    The points of a table count as a sample, and so do those of a sampler that only the
+    The points of a table count as a sample. So do points of a sampler that only the
     study has.
     """
     drawn = [axis.sampler for axis in study.axes.values() if axis.sampler]
@@ -77,8 +77,8 @@ def sensitivity(
 ) -> pd.DataFrame:
     """Return the table of the analysis that suits the sampler of an axis.
 
-    It is `sobol` for a `saltelli` sample, `morris` for a `morris` sample, and otherwise
-    `rank_correlations`.
+    The analysis is `sobol` for a `saltelli` sample, `morris` for a `morris` sample, and
+    otherwise `rank_correlations`.
 
     Parameters
     ----------
@@ -141,17 +141,17 @@ def sobol(
     -------
     DataFrame
         Columns: index (S1 alone, ST with all interactions, S2 of a pair), setting, and
-        other (of the pair, else ""). Each of the following has _low and _high: `raw`,
-        from the means as they are; `corrected`, without replicate noise (see
-        `sobol_indices`); and noise_share, the fraction of the variance of a mean that
-        is noise. Without replicates, and if noise leaves no variance, `corrected` is
-        NaN. Bounds are NaN if a resample has no value.
+        other (the second parameter of the pair, else ""). Each of the following has
+        _low and _high: `raw`, from the unchanged means; `corrected`, without replicate
+        noise (see `sobol_indices`); and noise_share, the fraction of the variance of a
+        mean that is noise. Without replicates, and if noise leaves no variance,
+        `corrected` is NaN. Bounds are NaN if a resample has no value.
 
     Raises
     ------
     ChoiceError
-        No axis has such a sample or several have, the metric is unknown, or SALib is
-        not installed.
+        No axis has a suitable sample or several axes have, the metric is unknown, or
+        SALib is not installed.
     """
     if find_spec(SALIB.name) is None:
         raise ChoiceError(
@@ -199,16 +199,16 @@ def morris(
     DataFrame
         All numbers are in the unit of the metric. Columns: setting; noise, the standard
         deviation of effects by replicate noise alone, NaN without replicates; and, each
-        with _low and _high, mu, mu_star and sigma. These are the mean of effects, the
-        mean of their absolute values (Campolongo, Cariboni and Saltelli 2007,
-        Environmental Modelling and Software 22, 1509-1518) and their standard
-        deviation. The sign of mu has no meaning for a parameter whose values are
-        strings.
+        with _low and _high, mu, mu_star and sigma. mu is the mean of effects, and
+        mu_star the mean of absolute values of effects (Campolongo, Cariboni and
+        Saltelli 2007, Environmental Modelling and Software 22, 1509-1518). sigma is the
+        standard deviation of effects. The sign of mu has no meaning for a parameter
+        whose values are strings.
 
     Raises
     ------
     ChoiceError
-        No axis has such a sample or several have, or the metric is unknown.
+        No axis has a suitable sample or several axes have, or the metric is unknown.
     """
     chosen = sampled_axis(study, axis, made_for("morris"))
     bootstrap = _Bootstrap(confidence, resamples, seed)
@@ -226,8 +226,8 @@ def rank_correlations(
 ) -> pd.DataFrame:
     """Return rank correlations of a metric with each parameter of a sampled axis.
 
-    They do not depend on the sampler. Replicate noise makes them smaller. Equal points
-    count once, except in blocks.
+    The correlations do not depend on the sampler. Replicate noise makes correlations
+    smaller. Equal points count once, except in blocks.
 
     Parameters
     ----------
@@ -247,9 +247,9 @@ def rank_correlations(
     DataFrame
         Columns: setting; and, each with _low and _high, spearman, the correlation of
         ranks, and partial, the correlation given the ranks of the axis's other
-        parameters (Iman and Helton 1988, Risk Analysis 8, 71-90). They are NaN for a
-        parameter whose values are strings, and if a rank does not vary or is determined
-        by the others.
+        parameters (Iman and Helton 1988, Risk Analysis 8, 71-90). Correlations are NaN
+        for a parameter whose values are strings. They are also NaN if a rank does not
+        vary, or the other ranks determine the rank.
 
     Raises
     ------
@@ -266,12 +266,12 @@ ANALYSES: dict[Analyses, Callable[..., pd.DataFrame]] = {
     "morris": morris,
     "ranks": rank_correlations,
 }
-"""Functions by the names that samplers give to the analysis that they are made for."""
+"""Functions by the names that samplers give to their analyses."""
 
 ESTIMATES: Mapping[Analyses, Callable[[SampledAxis], Analysis]] = MappingProxyType(
     {"sobol": index_analysis, "morris": effect_analysis, "ranks": rank_analysis}
 )
-"""Estimates of one sample, by the same names."""
+"""Estimates of one sample, by the names of the analyses."""
 
 
 class _Bootstrap(NamedTuple):
@@ -315,10 +315,10 @@ def _table(
 def _estimated(
     analysis: Analysis, blocks: int, bootstrap: _Bootstrap
 ) -> tuple[Floats, Floats]:
-    """Return the estimates, (names, rows), and those of the resamples.
+    """Return the estimates, (names, rows), and the estimates of the resamples.
 
-    The latter have the shape (names, rows, resamples), with no resample of fewer than
-    two blocks.
+    Resampled estimates have the shape (names, rows, resamples), with no resample of
+    fewer than two blocks.
     """
     shape = (len(analysis.names), len(analysis.rows))
     if blocks == 0:

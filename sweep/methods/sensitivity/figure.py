@@ -1,6 +1,6 @@
 """The figure of a table of `sweep.methods.sensitivity`.
 
-It has bars with confidence intervals, one row per parameter, and one panel per
+The figure has bars with confidence intervals, one row per parameter, and one panel per
 combination of the other axes.
 """
 
@@ -39,9 +39,10 @@ COLUMNS = 3
 
 
 class Bars(NamedTuple):
-    """The bars of one kind of number.
+    """The bars of a kind of number.
 
-    They have a label, names of rows, and a table of value, low and high, (rows, 3).
+    The fields are a label, names of rows, and a table of value, low and high, (rows,
+    3).
     """
 
     label: str
@@ -52,8 +53,8 @@ class Bars(NamedTuple):
 def sensitivity_figure(table: pd.DataFrame) -> Figure:
     """Draw a table that `sobol`, `morris` or `rank_correlations` returned.
 
-    Sobol indices are drawn without replicate noise if such are known, otherwise as the
-    indices of the means as they are. An unknown confidence interval is not drawn.
+    Sobol indices are drawn without replicate noise if known, otherwise as the indices
+    of the unchanged means. An unknown confidence interval is not drawn.
     """
     panels = list(_panels(table))
     rows = list(
@@ -87,7 +88,7 @@ def sensitivity_figure(table: pd.DataFrame) -> Figure:
 
 
 def _panels(table: pd.DataFrame) -> Iterator[tuple[str, pd.DataFrame]]:
-    """Yield the parts of the table in which parameters of other axes are equal.
+    """Yield the parts of the table in which parameters of further axes are equal.
 
     Each part comes after these parameters in words.
     """
@@ -159,7 +160,7 @@ def _quantity(table: pd.DataFrame) -> str:
     metric = str(table.attrs["metric"]).replace("_", " ")
     unit = table.attrs["unit"]
     if "index" in table:
-        return f"share of the variance of {metric}"
+        return f"fraction of the variance of {metric}"
     if "mu_star" in table:
         return f"effect of the whole range on {metric}" + (f" ({unit})" if unit else "")
     return f"rank correlation with {metric}"
@@ -168,10 +169,10 @@ def _quantity(table: pd.DataFrame) -> str:
 def _note(table: pd.DataFrame) -> str:
     """Return the note of the figure.
 
-    It has the study, the numbers of blocks and trials, and the kind of confidence
+    The note has the study, the numbers of blocks and trials, and the kind of confidence
     interval and number.
     """
-    each = " a panel" if len(list(_panels(table))) > 1 else ""
+    each = " per panel" if len(list(_panels(table))) > 1 else ""
     unit = "points" if "spearman" in table else "blocks of points"
     text = f"{table.attrs['study']}: {span(table['blocks'])} {unit}"
     if table["blocks_left_out"].any():
@@ -186,7 +187,7 @@ def _note(table: pd.DataFrame) -> str:
         text += f"; {kinds[_shown(table)]}"
         text += f" (up to {share:.0%} of the variance of a mean)" if share > 0.0 else ""
     if (fewest := table.attrs["fewest"]) > table["blocks"].min():
-        text += f"\nfewer than {fewest} {unit} say little: take more"
+        text += f"\nfewer than {fewest} {unit} are imprecise: use more"
     return text.replace("%", " %")
 
 
@@ -198,20 +199,23 @@ def _intervals(table: pd.DataFrame) -> str:
         for bars in _bars(part)
     ]
     if not any(known):
-        return "no intervals: some resamples of so few blocks give no value"
+        return "no confidence intervals: some resamples of few blocks give no value"
     some = "" if all(known) else ", where all resamples give a value"
-    return f"{table.attrs['confidence']:.0%} bootstrap intervals, each for itself{some}"
+    return (
+        f"{table.attrs['confidence']:.0%} bootstrap confidence intervals, not"
+        f" simultaneous{some}"
+    )
 
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
-    """Return one figure per metric.
+    """Return a figure per metric.
 
     Raises ChoiceError if the study samples no parameters, or has too many panels.
     """
     selection = select(study)
     if not selection.sampled:
         raise ChoiceError(
-            "needs an axis that samples settings, and there is none",
+            "needs an axis that samples parameters; the study has no such axis",
             study.name,
             "sensitivity",
         )
@@ -225,4 +229,4 @@ def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
     return [Planned(name, partial(draw, name)) for name in choices.plain(study)]
 
 
-KIND = FigureKind("which sampled setting a metric depends on", (), plan)
+KIND = FigureKind("sampled parameters on which a metric depends", (), plan)

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 def figures() -> "dict[str, FigureKind]":
-    """Return the kinds of figures by their names."""
+    """Return the kinds of figures by name."""
     from sweep.methods.sensitivity.figure import KIND
 
     return {"sensitivity": KIND}

@@ -1,8 +1,8 @@
 """Rank correlations of each parameter of a sample with a metric, in many resamples.
 
 The points are sorted once. A resample is the number of times that each point is drawn.
-The ranks in it are sums of these counts, and equal values share the mean of their
-ranks. So the ranks equal those of a new ranking of the drawn points.
+The ranks in a resample are sums of these counts, and equal values share the mean of the
+ranks. So the ranks equal ranks of a new sort of the drawn points.
 """
 
 from typing import NamedTuple
@@ -22,10 +22,10 @@ FEWEST = 4
 """Fewest points of a rank correlation."""
 
 DETERMINED = 1e-9
-"""Fraction of its variance, below which the other parameters determine a rank."""
+"""Fraction of variance of a rank below which the other parameters determine a rank."""
 
 ROUNDING = 1e-14
-"""Eigenvalues of a correlation matrix below it are rounding errors of 0."""
+"""Eigenvalues of a correlation matrix below this value are rounding errors of 0."""
 
 Drawn = NDArray[np.int32]
 """Number of times that each of n points is in each resample, (n, resamples)."""
@@ -40,7 +40,8 @@ Twice as many do not fit the cache and take a quarter longer.
 def rank_analysis(sample: SampledAxis) -> Analysis:
     """Return the rank correlations of each parameter with the metric.
 
-    They are Spearman's, and the partial one given the ranks of the other parameters.
+    The correlations are Spearman's, and the partial correlation given the ranks of the
+    other parameters.
     """
     settings = [
         numbers(sample.settings[setting], texts=False) for setting in sample.settings
@@ -69,8 +70,8 @@ def rank_analysis(sample: SampledAxis) -> Analysis:
 class _Order(NamedTuple):
     """The order of the values of n points.
 
-    `places` (n,) sorts them. In this order the values equal to that of a point are at
-    its `first` to before its `last`, (n,) each.
+    `places` (n,) sorts the values. In this order the values equal to the value of a
+    point are at its `first` to before its `last`, (n,) each.
     """
 
     places: NDArray[np.intp]
@@ -86,7 +87,7 @@ class _Order(NamedTuple):
         return cls(places, first, last)
 
     def ranks(self, counts: Drawn) -> Floats:
-        """Return twice the ranks in resamples, less their mean rank, (n, resamples).
+        """Return twice the ranks in resamples, less the mean rank, (n, resamples).
 
         `counts` (n, resamples) is the number of times that each point is drawn.
         """
@@ -110,7 +111,8 @@ def _counts(drawn: Blocks, points: int) -> Drawn:
 def _correlations(orders: list[_Order], counts: Drawn) -> Floats:
     """Return Spearman's and the partial correlations, (2, D, resamples).
 
-    They are of the first D columns with the last one, and NaN if not defined.
+    The correlations are between the first D columns and the last column; NaN if not
+    defined.
     """
     products = _products([order.ranks(counts) for order in orders], counts)
     variances = np.diagonal(products, axis1=1, axis2=2)
@@ -127,7 +129,7 @@ def _correlations(orders: list[_Order], counts: Drawn) -> Floats:
 def _products(ranks: list[Floats], counts: Drawn) -> Floats:
     """Return sums of products of columns of ranks, (resamples, D + 1, D + 1).
 
-    They are sums of integers, and exact for up to some 200,000 points.
+    The values are sums of integers, and exact for up to some 200,000 points.
     """
     products = np.empty((counts.shape[1], len(ranks), len(ranks)))
     weights = counts.astype(np.float64)
@@ -142,11 +144,12 @@ def _products(ranks: list[Floats], counts: Drawn) -> Floats:
 def _partial(matrix: Floats) -> Floats:
     """Return partial correlations of D parameters with the last column, (resamples, D).
 
-    Each is the correlation given the other parameters. `matrix` has the correlations,
+    Each correlation is given the other parameters. `matrix` has the correlations,
     (resamples, D + 1, D + 1). Only the part of the parameters is inverted, since the
-    last column may follow from them. A direction in which they do not vary gets as
-    little variance as rounding leaves. So parameters that follow from others count as
-    determined, and all others keep their value.
+    last column may depend linearly on the parameters. A direction in which the
+    parameters do not vary gets as little variance as rounding leaves. So linearly
+    dependent parameters count as determined, and all further parameters keep their
+    values.
     """
     settings = matrix[:, :-1, :-1]
     last = matrix[:, :-1, -1]
@@ -154,8 +157,9 @@ def _partial(matrix: Floats) -> Floats:
     roots = vectors / np.sqrt(np.maximum(values, ROUNDING))[:, None, :]
     explained = (roots.transpose(0, 2, 1) @ last[:, :, None])[:, :, 0]
     slopes = (roots @ explained[:, :, None])[:, :, 0]
-    # What the other settings leave of the variance of a setting, and of the last
-    # column; the latter is what all settings leave, and what this setting explains.
+    # Variance of a parameter that the other parameters leave, and of the last column.
+    # The latter is the sum of the variance that all parameters leave, and the variance
+    # that this parameter explains.
     left = 1.0 / (roots * roots).sum(axis=2)
     by_all = np.maximum(1.0 - (explained * explained).sum(axis=1, keepdims=True), 0.0)
     left_of_last = by_all + slopes * slopes * left

@@ -1,8 +1,8 @@
 """Points of a sampled axis of a stored study: means over replicates, and their noise.
 
-Seed and replicate identify a replicate. Streams that are common to all points change
-the trials of one replicate in the same way at all points. This common change is no
-effect of a parameter and is subtracted.
+Seed and replicate number identify a replicate. Streams that are common to all points
+change the trials of a replicate equally at all points. This common change is no effect
+of a parameter and is subtracted.
 """
 
 from collections.abc import Callable, Iterator
@@ -29,12 +29,12 @@ REPLICATE = ["seed", "replicate"]
 
 @dataclass(frozen=True, eq=False)
 class SampledAxis:
-    """One sample of the parameters of an axis, at one value of each other axis.
+    """One sample of the parameters of an axis, at one value of each further axis.
 
     Attributes
     ----------
     at : dict
-        Values of the parameters of the other axes.
+        Values of the parameters of the further axes.
     settings : DataFrame
         Values of the parameters of the axis, one row for each of the P points.
     means : array
@@ -61,14 +61,14 @@ class SampledAxis:
 
     @property
     def complete(self) -> NDArray[np.intp]:
-        """The blocks (b, size) whose points all have a value."""
+        """The blocks (b, size) in which all points have a value."""
         return self.rows[np.isfinite(self.means[self.rows]).all(axis=1)]
 
     def counts(self) -> dict[str, int]:
         """Return the last columns of a table of the sample.
 
-        They are the numbers of blocks that are used and left out, of trials, and of
-        trials without a value.
+        The columns are the numbers of used blocks, of blocks left out, of trials, and
+        of trials without a value.
         """
         used = len(self.complete)
         return {
@@ -81,8 +81,8 @@ class SampledAxis:
     def noise(self, points: NDArray[np.intp], partners: NDArray[np.intp]) -> Floats:
         """Return the covariance of the replicate noise in the means of two points.
 
-        It is estimated from the replicates that both points have. A point with itself
-        gives the variance of its mean, s^2 / n.
+        The estimate uses the replicates that the two points have in common. A point
+        with itself gives the variance of its mean, s^2 / n.
 
         Parameters
         ----------
@@ -124,13 +124,13 @@ class Analysis(NamedTuple):
 def sampled_axis(
     study: StoredStudy, axis: str | None, samplers: tuple[str, ...]
 ) -> str:
-    """Return the axis of a study that one of some samplers drew.
+    """Return the axis of a study whose sampler is in `samplers`.
 
     Parameters
     ----------
     study : StoredStudy
     axis : str or None
-        Name of the axis; None for the only one.
+        Name of the axis; None if only one axis qualifies.
     samplers : tuple of str
         Names of samplers.
 
@@ -141,16 +141,16 @@ def sampled_axis(
     Raises
     ------
     ChoiceError
-        The study joins several designs, no axis has such a sample or is named `axis`,
-        several axes have one and none is named, or `where` chooses among the values of
-        the sampled parameters.
+        The study joins several designs, no axis has a suitable sample or is named
+        `axis`, several axes have such a sample and `axis` is None, or `where` chooses
+        among the values of the sampled parameters.
     """
     axes = study.axes
     designs = study.about.designs
     if designs:
         raise ChoiceError(
-            f"its points are those of {len(designs)} designs: a sample is analysed in a"
-            " study of its own",
+            f"the study joins {len(designs)} designs: analyse the sample in a separate"
+            " study",
             study.name,
             "sensitivity",
         )
@@ -164,14 +164,15 @@ def sampled_axis(
         raise ChoiceError(f"no axis has sample {kinds}", study.name)
     if axis is None and len(having) > 1:
         raise ChoiceError(
-            f"several axes are sampled, say which: {', '.join(having)}", study.name
+            f"several axes are sampled; choose from: {', '.join(having)}", study.name
         )
     chosen = axis or having[0]
     within = (study.whole.chooser.names(condition) for condition in study.conditions)
     named = (*study.chosen, *chain.from_iterable(within))
     if fixed := [name for name in named if name in axes[chosen].settings]:
         raise ChoiceError(
-            f"with where {fixed[0]}, which {chosen} samples; allowed: others",
+            f"where uses {fixed[0]}, which {chosen} samples; allowed: parameters of"
+            " other axes",
             study.name,
             "sensitivity",
         )
@@ -179,7 +180,7 @@ def sampled_axis(
 
 
 def samples(study: StoredStudy, metric: str, axis: str) -> Iterator[SampledAxis]:
-    """Yield the samples of an axis, one for every combination of the other axes.
+    """Yield the samples of an axis, one for every combination of the further axes.
 
     Parameters
     ----------
@@ -229,7 +230,7 @@ def _sample(part: pd.DataFrame, axis: AxisAbout, at: dict[str, object]) -> Sampl
     if len(rows) % axis.size or rows.max(initial=-1) >= len(settings):
         raise StoreError(
             f"the plan does not have the {len(settings):,} points in whole blocks;"
-            " launch it again"
+            " launch the study again"
         )
     return SampledAxis(
         at=at,
@@ -246,7 +247,7 @@ def _sample(part: pd.DataFrame, axis: AxisAbout, at: dict[str, object]) -> Sampl
 def _split(values: Floats) -> tuple[Floats, Floats]:
     """Return means (P,) and residuals (P, K) of values (P, K).
 
-    The mean effect of each replicate is subtracted before.
+    The mean effect of each replicate is subtracted first.
     """
     alike = known_means(values - known_means(values, 1)[:, None], 0)
     adjusted = values - np.where(np.isfinite(alike), alike, 0.0)
@@ -257,7 +258,7 @@ def _split(values: Floats) -> tuple[Floats, Floats]:
 def numbers(column: "pd.Series[float]", *, texts: bool) -> Floats:
     """Return a parameter as numbers.
 
-    Strings become NaN, or with `texts` numbers that differ if the strings do.
+    Strings become NaN, or with `texts` numbers that differ if the strings differ.
     """
     if pd.api.types.is_numeric_dtype(column):
         return np.asarray(column, np.float64)
@@ -266,7 +267,7 @@ def numbers(column: "pd.Series[float]", *, texts: bool) -> Floats:
 
 
 def known_means(values: Floats, dimension: int) -> Floats:
-    """Return means along a dimension of finite values; NaN if there are none."""
+    """Return means of finite values along a dimension; NaN without finite values."""
     known = np.isfinite(values)
     count = known.sum(axis=dimension)
     total = np.where(known, values, 0.0).sum(axis=dimension)

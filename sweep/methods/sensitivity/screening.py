@@ -15,7 +15,7 @@ from sweep.methods.sensitivity.sampled import (
 def effect_analysis(sample: SampledAxis) -> Analysis:
     """Return the analysis of the elementary effects of each parameter.
 
-    The estimates are their mean, the mean of their absolute values and their standard
+    The estimates are the mean of effects, the mean of absolute values, and the standard
     deviation. An effect is a change divided by the step, a fraction of the unit
     interval.
     """
@@ -40,9 +40,9 @@ def effect_analysis(sample: SampledAxis) -> Analysis:
 
 
 def _effects(sample: SampledAxis, step: float) -> tuple[Floats, Floats]:
-    """Return the effects, (parameters, b), and their standard deviation by noise.
+    """Return the effects, (parameters, b), and their standard deviations by noise.
 
-    The latter has the shape (parameters,).
+    The standard deviations have the shape (parameters,).
     """
     trajectories = sample.complete
     before = trajectories[:, :-1]

@@ -1,17 +1,18 @@
-"""Sobol indices from blocks of means over replicates, with and without their noise.
+"""Sobol indices from blocks of means over replicates, with and without replicate noise.
 
 The mean of n replicates is f + e, with the expectation f and noise e. The product of
-two means has the expectation of the product of their f plus the covariance of their e.
-So each product in the estimators of Saltelli et al. (2010, Computer Physics
-Communications 181, 259-270) is reduced by an estimate of this covariance: the sample
-covariance of the replicates divided by n.
+two means has the expectation of the product of the f plus the covariance of the e. So
+each product in the estimators of Saltelli et al. (2010, Computer Physics Communications
+181, 259-270) is reduced by an estimate of this covariance: the sample covariance of the
+replicates divided by n.
 
 For independent noise this is the one-way analysis of variance (Searle, Casella and
 McCulloch 1992, Variance Components, chapter 3) in the estimators. Numerators of S1 and
-S2 keep their expectation, and those of ST lose the noise variance of a mean. All are
-divided by the variance less this noise variance. It stays right if points share random
-numbers, which the plain analysis of variance takes for independent noise, and if blocks
-share points. Replicates must be independent, and at least two.
+S2 keep the expectation, and numerators of ST lose the noise variance of a mean. All
+numerators are divided by the variance less this noise variance. The correction stays
+valid if points share random numbers, which the plain analysis of variance takes for
+independent noise, and if blocks share points. Replicates must be independent, and at
+least two.
 """
 
 from itertools import combinations
@@ -23,13 +24,14 @@ from sweep.methods.sensitivity.sampled import Analysis, Blocks, Floats, SampledA
 
 NAMES = ("raw", "corrected", "noise_share")
 ROUNDING = 1e-12
-"""Fraction of its size, below which a variation of a metric is a rounding error."""
+"""Fraction of the size of a metric, below which a variation is a rounding error."""
 
 
 class Columns(NamedTuple):
     """Indices of the points of a block.
 
-    They are A, B, A with one parameter of B (`ab`), and the reverse (`ba`), if any.
+    The points are A, B, A with one parameter of B (`ab`), and the reverse (`ba`), if
+    any.
     """
 
     a: int
@@ -50,7 +52,7 @@ def _columns(settings: int, size: int) -> Columns:
 def index_analysis(sample: SampledAxis) -> Analysis:
     """Return the analysis of raw and corrected S1, ST and S2, and the noise.
 
-    The noise is its fraction of the variance of a mean.
+    The noise is a fraction of the variance of a mean.
     """
     settings = list(sample.settings.columns)
     blocks = sample.complete

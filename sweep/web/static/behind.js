@@ -75,7 +75,7 @@ export class TrialTable {
       more: this.besideOf(trial.trial_id, choice),
     }));
     const value = `${spaced(metric)}${unit ? ` (${unit})` : ""}`;
-    const headings = ["trial", "replicate", value, "why look"].map((text) => ({
+    const headings = ["trial", "replicate", value, "reason"].map((text) => ({
       text,
     }));
     this.table.show({ ...trials, headings, rows, what: "trials" });
@@ -113,7 +113,7 @@ function cellsOf({ trial_id: id, replicate, value, part, status, error }) {
 const settingsSaid = (settings) =>
   Object.entries(settings).map(([name, value]) =>
     `${spaced(name)} ${short(typeof value === "number" ? value : String(value))}`
-  ).join(", ") || "the one point";
+  ).join(", ") || "the only point";
 
 // The place of the player, whose scripts are loaded when the first trial plays.
 export class Player {

@@ -174,7 +174,8 @@ export function rampLegend(figure) {
     bar,
     make("span", { textContent: short(high) }),
     make("span", {
-      textContent: "hatched: the interval is wider than every step to a cell beside it",
+      textContent:
+        "hatched: the confidence interval is wider than all steps to adjacent cells",
     }),
   );
 }

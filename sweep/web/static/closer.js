@@ -25,7 +25,7 @@ export class Closer {
     this.log = make("input", { type: "checkbox", on: { change: () => this.scale() } });
     const scale = make(
       "label",
-      { className: "row", title: "Without values of 0 and below" },
+      { className: "row", title: "Omits values of 0 and below" },
       this.log,
       "logarithmic axis",
     );
@@ -47,8 +47,8 @@ export class Closer {
     plot.larger.line.replaceWith(this.about(plot));
     const apart = this.apart(plot);
     this.note.textContent = apart > 1
-      ? `Of a long run every ${apart}th step is kept here; a launch stores all.`
-      : "All steps that were run, with all digits.";
+      ? `The page keeps one step in ${apart} of a long run; a launch stores all steps.`
+      : "All steps so far, with all digits.";
     this.log.checked = plot.logarithmic;
     this.log.disabled = plot.known().every((value) => value <= 0);
     this.content.replaceChildren(plot.larger.element);
@@ -68,7 +68,7 @@ export class Closer {
       rows.push(["published", [`${where}: ${says}`]]);
     }
     const others = all.length - published.length;
-    if (others) rows.push(["published", [`${others} more for other settings`]]);
+    if (others) rows.push(["published", [`${others} more for other parameters`]]);
     const cells = rows.flatMap(([term, words]) => [
       make("dt", { textContent: term }),
       make("dd", {}, ...words),

@@ -82,8 +82,9 @@ export class SpecDialog {
   /** @param {Spec} spec @param {boolean} sweeps */
   show({ yaml, trial, exact, note }, sweeps) {
     this.text.value = yaml;
-    const given = sweeps ? "Without its sweep, it" : `Launched, ${trial || "it"}`;
-    this.words = exact ? `${given} gives the very frames that you see.` : note;
+    const given = sweeps ? "Without the sweep, a launch" : "A launch";
+    const which = trial ? ` as ${trial}` : "";
+    this.words = exact ? `${given} reproduces these frames${which}.` : note;
     if (!this.box.open) this.box.showModal();
     this.text.scrollTop = 0;
     this.copy();
@@ -124,7 +125,7 @@ export class MetricsDialog {
   /** @param {HTMLElement} root @param {(names: string[]) => void} chosen */
   constructor(root, chosen) {
     this.list = make("div", { className: "choices" });
-    this.box = dialog(root, "Which metrics are plotted", this.list);
+    this.box = dialog(root, "Plotted metrics", this.list);
     this.chosen = chosen;
   }
 

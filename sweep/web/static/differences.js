@@ -30,7 +30,7 @@ export class Differences {
   constructor(views) {
     this.views = views;
     this.rows = make("div", { className: "plots" });
-    this.none = make("p", { textContent: "Plot a metric in both runs to compare it." });
+    this.none = make("p", { textContent: "Plot a metric in each run to compare it." });
     this.element = make(
       "section",
       { className: "differences", "aria-label": "differences" },

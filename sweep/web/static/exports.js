@@ -12,18 +12,18 @@ import { labelled } from "./png.js";
 const INCH = 96; // CSS pixels
 /** @type {[heading: string, files: [kind: string, name: string, hint: string][]][]} */
 const FILES = [
-  ["The picture as shown", [
+  ["The image as shown", [
     ["2", "PNG", "twice as fine as a screen, 192 dpi"],
     ["4", "PNG", "four times as fine, 384 dpi"],
     ["lines", "SVG", "as lines"],
   ]],
-  ["The picture for print, with axes and units", [
+  ["The image for print, with axes and units", [
     ["png", "PNG", "this frame as pixels"],
     ["svg", "SVG", "this frame as lines"],
   ]],
   ["The run so far", [
     ["gif", "GIF", "plays anywhere"],
-    ["mp4", "MP4", "as a film"],
+    ["mp4", "MP4", "as a video"],
     ["html", "HTML", "a page that plays from disk"],
   ]],
 ];
@@ -52,7 +52,7 @@ export class Exports {
       words.setAttribute("role", "presentation");
       this.items.get(first)?.item.before(words);
     }
-    this.bar = make("progress", { max: 1, "aria-label": "of the file is done" });
+    this.bar = make("progress", { max: 1, "aria-label": "progress of the file" });
     this.words = make("span");
     const stop = button("remove", "Stop", () => send({ type: "stop" }), "Stop");
     this.making = make(

@@ -73,7 +73,7 @@ export class FigurePanel {
     const nothing = { kind: "", metric: "", x: "", y: "", by: "" };
     this.suiting = make("button", {
       type: "button",
-      textContent: "Show one that suits",
+      textContent: "Show a suitable figure",
       on: { click: () => go(nothing) },
     });
     // Before the first figure there is nothing to choose from.
@@ -310,7 +310,7 @@ export class FigurePanel {
     this.half.element.hidden = !metrics.length;
     fill(this.half.select, [{ value: "", text: "the last frame" }, {
       value: "yes",
-      text: "the last half",
+      text: "the second half",
     }], this.choice?.half ?? "");
     AXES.forEach((axis, i) => {
       const { element, select } = this.axes[i];
@@ -318,7 +318,7 @@ export class FigurePanel {
       const options = settings.map((name) => ({ value: name, text: spaced(name) }));
       fill(
         select,
-        [{ value: "", text: "as it suits" }, ...options],
+        [{ value: "", text: "automatic" }, ...options],
         this.choice?.[axis] ?? "",
       );
     });
@@ -345,8 +345,8 @@ export class FigurePanel {
 /** @param {Published[]} published @param {string} form */
 function publishedLegend(published, form) {
   if (!published.length) return "";
-  const coloured = form === "cells" ? "; its colour is its value" : "";
-  return `◇ a published number, which holds at the settings of its point${coloured}`;
+  const coloured = form === "cells" ? "; the colour is the value" : "";
+  return `◇ a published number for the parameters of the point${coloured}`;
 }
 
 /** @param {Panel} panel @param {Dot} dot */
@@ -354,13 +354,13 @@ function described({ x, y }, dot) {
   if (dot.half !== undefined) {
     const half = dot.half === null ? "" : ` ± ${short(dot.half, 3)}`;
     const many = dot.points === 1 ? "" : `, the mean of ${dot.points} points`;
-    return `${short(dot.y)}${half} of ${dot.n} trials${many}; click for its trials`;
+    return `${short(dot.y)}${half} of ${dot.n} trials${many}; click to list them`;
   }
   const place = x.names.length ? x.names[Number(dot.x)] : short(dot.x);
   const ends = dot.low === null ? "" : ` (${short(dot.low)} to ${short(dot.high)})`;
   return `${x.label} ${place}\n${y.label} ${
     short(dot.y)
-  }${ends}\n${dot.n} trials; click for them`;
+  }${ends}\n${dot.n} trials; click to list them`;
 }
 
 /**

@@ -63,8 +63,8 @@ export class Forest {
   /** @param {Line[]} lines @param {number | null} margin @param {string} labels */
   show(lines, margin, labels) {
     Object.assign(this, { lines, margin, labels });
-    const what = `${lines.length} differences with intervals`;
-    this.canvas.setAttribute("aria-label", `${what}; the table has their numbers`);
+    const what = `${lines.length} differences with confidence intervals`;
+    this.canvas.setAttribute("aria-label", `${what}; the table has the numbers`);
     this.draw();
   }
 
@@ -219,6 +219,6 @@ export function described(about) {
   return [
     `A ${short(a)}, B ${short(b)}${of}`,
     `B - A ${short(difference)}${ends}`,
-    `p ${short(p, 3)}: ${verdict}; click for the trials of both`,
+    `p ${short(p, 3)}: ${verdict}; click to list the trials`,
   ].join("\n");
 }

@@ -11,7 +11,7 @@ const OPEN = ["schedule", "parameters"];
 const SEED = {
   name: "seed",
   kind: "int",
-  text: "the same seed gives the same run",
+  text: "equal seeds give equal runs",
   unit: "",
   allowed: "",
   low: 0,

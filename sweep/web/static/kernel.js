@@ -8,7 +8,7 @@ import { make, randomName } from "./dom.js";
 
 const WAITED = 1500; // ms
 const WAITING = "Waiting for the kernel, which is busy or gone.";
-const GONE = "These results are gone with their kernel. Run the cell again.";
+const GONE = "The kernel of these results has stopped. Run the cell again.";
 
 /** A refusal: one sentence of the kernel. */
 export class Refused extends Error {}
@@ -112,7 +112,7 @@ export function ask(question, words) {
 // A notebook launches nothing: that is a cell of its own, with sweep.run.
 /** @returns {Promise<never>} */
 export const act = () =>
-  Promise.reject(new Refused("A notebook launches nothing from this page."));
+  Promise.reject(new Refused("In a notebook this page cannot launch trials."));
 
 // A line to a run of the kernel, as a transport.
 export class Socket {

@@ -9,21 +9,21 @@ const HINTED_FOR = 2500; // ms
 export const KEYS = [
   ["Space", "run or pause"],
   [".", "one step"],
-  ["R", "reset: the same seed from step 0"],
-  ["1 to 9, then + or −", "choose a weight and change it"],
+  ["R", "reset: start again at step 0 with the same seed"],
+  ["1 to 9, then + or −", "choose and change a weight"],
   ["V, D, B, G", "tools: select, disc, box, goal; G again: the next of several goals"],
-  ["Click, [ or ]", "select a boid, or the one before or after"],
+  ["Click, [ or ]", "select a boid, or the previous or next boid"],
   [
     "Arrow keys",
-    "move the selected obstacle or goal; with Shift, resize; else move the view",
+    "move the selected obstacle or goal, with Shift resize it; or move the view",
   ],
   ["Delete", "remove the selected obstacle"],
-  ["Ctrl Z, Ctrl Shift Z", "undo an edit, or make it again"],
+  ["Ctrl Z, Ctrl Shift Z", "undo or redo an edit"],
   ["Wheel, Page Up, Page Down", "zoom; F shows the whole world"],
   ["C", "copy as spec"],
-  ["S, M", "hide or show the settings, the overlays and metrics"],
-  ["P", "present: only the picture, one slider and one plot"],
-  ["Esc", "let go of what is selected, or end the presentation"],
+  ["S, M", "hide or show the parameters, the overlays and metrics"],
+  ["P", "presentation: only the animation, one slider and one plot"],
+  ["Esc", "clear the selection, or end the presentation"],
 ];
 
 // The shortcuts of a view, for keys pressed in the element `from`.

@@ -19,7 +19,7 @@ export class LaunchCard {
     this.explorer = explorer;
     this.launched = launched;
     this.refusal = make("p", { className: "refusal", role: "alert", hidden: true });
-    this.difference = scrolling("difference", "what sweep diff says");
+    this.difference = scrolling("difference", "output of sweep diff");
     this.lines = scrolling("lines", "changed lines of the spec");
     this.file = make("summary");
     this.command = make("code");
@@ -31,7 +31,7 @@ export class LaunchCard {
     this.why = make("span", { className: "facts" });
     this.stop = make("button", {
       type: "button",
-      textContent: "Stop it",
+      textContent: "Stop the launch",
       hidden: true,
       on: { click: () => this.end() },
     });
@@ -39,7 +39,7 @@ export class LaunchCard {
     this.follow = make("a", {
       target: "_blank",
       rel: "noopener",
-      textContent: "Follow it in the explorer",
+      textContent: "Follow the launch in the explorer",
       hidden: true,
     });
     const copy = button(
@@ -92,7 +92,7 @@ export class LaunchCard {
     if (!proposal) return;
     const { difference, lines, file, command, to_run: many, why_not: why } = proposal;
     this.difference.textContent = difference;
-    this.file.textContent = lines ? `What changes in ${file}` : `${file} stays`;
+    this.file.textContent = lines ? `Changes in ${file}` : `${file} is unchanged`;
     this.lines.textContent = lines;
     this.command.textContent = command;
     const trials = many === 1 ? "1 trial" : `${many.toLocaleString("en")} trials`;
@@ -116,7 +116,7 @@ export class LaunchCard {
     try {
       await work();
     } catch (error) {
-      const gone = "The server does not answer; a launch goes on without it.";
+      const gone = "The server does not answer; a launch continues without the server.";
       this.refuse(error instanceof Refused ? error.message : gone);
     }
   }
@@ -174,8 +174,8 @@ const scrolling = (className, label) =>
 /** @param {NonNullable<Launches["started"]>} started */
 function saidOf({ study, process, code, said }) {
   if (code === null) {
-    return `${study} is running, as process ${process}, also without this page.`;
+    return `${study} is running as process ${process}, also without this page.`;
   }
-  const end = code === 0 ? "has come to its end" : `has ended with code ${code}`;
+  const end = code === 0 ? "has finished" : `has ended with code ${code}`;
   return [`The launch of ${study} ${end}.`, said].filter(Boolean).join("\n");
 }

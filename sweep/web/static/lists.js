@@ -165,28 +165,28 @@ export class BoidCard {
     this.input = make("input", {
       type: "text",
       inputMode: "numeric",
-      "aria-label": "index of the boid that is looked at",
+      "aria-label": "index of the selected boid",
       placeholder: "none",
     });
     this.input.addEventListener("change", () => this.entered());
     /** @param {Picture} picture @param {string} words @param {number} by */
     const around = (picture, words, by) =>
       button(picture, words, () => this.beside(by), "", { className: "quiet" });
-    this.away = button("remove", "Look at no boid", () => this.choose(null), "", {
+    this.away = button("remove", "Select no boid", () => this.choose(null), "", {
       className: "quiet",
     });
     const head = make(
       "div",
       { className: "row" },
       make("h3", { textContent: "Boid" }),
-      around("before", "The boid before", -1),
+      around("before", "Previous boid", -1),
       this.input,
     );
-    head.append(around("after", "The next boid", 1), this.away);
+    head.append(around("after", "Next boid", 1), this.away);
     this.facts = make("p", { className: "facts" });
     this.element = make(
       "section",
-      { className: "boid", "aria-label": "the boid that is looked at" },
+      { className: "boid", "aria-label": "selected boid" },
       head,
       this.facts,
     );
@@ -221,7 +221,7 @@ export class BoidCard {
     }
     this.facts.textContent = selection
       ? this.words(selection, unit)
-      : "Click a boid to see whom it sees.";
+      : "Click a boid to see its neighbours.";
   }
 
   /** @param {Selected} selection @param {string} unit */
@@ -356,7 +356,7 @@ export class Overlays {
     this.failed.hidden = !this.failed.hasChildNodes();
     const flocks = new Set(this.stage.frame?.flocks ?? []);
     flocks.delete(65535);
-    const words = `${flocks.size} of two or more; grey boids are alone`;
+    const words = `${flocks.size} of two or more boids; grey boids are alone`;
     this.legend(
       "flocks",
       on("flocks") && Boolean(this.stage.frame?.flocks),

@@ -99,10 +99,10 @@ class SideHead {
     this.name.title = named;
     const names = differing(mine, other);
     const [few, all] = valuesOf(mine, names);
-    write(this.differs, names.length ? few : "the same settings");
+    write(this.differs, names.length ? few : "equal parameters");
     this.differs.title = all;
     const ended = mine.ended && !mine.running ? mine.ended : "";
-    write(this.ended, ended && `${ended}: both stop here`);
+    write(this.ended, ended && `${ended}: both runs stop here`);
   }
 }
 

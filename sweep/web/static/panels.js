@@ -5,7 +5,7 @@ import { button, make } from "./dom.js";
 
 /** @typedef {"settings" | "watch"} Panel */
 /** @type {Record<Panel, [words: string, key: string]>} */
-const WORDS = { settings: ["Settings", "S"], watch: ["Overlays and metrics", "M"] };
+const WORDS = { settings: ["Parameters", "S"], watch: ["Overlays and metrics", "M"] };
 /** @type {Panel[]} */
 const PANELS = ["settings", "watch"];
 

@@ -64,7 +64,7 @@ export class MarkPicker {
     element.setAttribute(
       "aria-label",
       `${label}; arrow keys go from mark to mark, with Shift they draw a rectangle;` +
-        " Enter chooses, Space chooses one more",
+        " Enter chooses a mark, Space adds a mark",
     );
     this.rectangle = make("div", { className: "brush", hidden: true });
     element.append(this.rectangle);

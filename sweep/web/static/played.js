@@ -40,7 +40,7 @@ export class Played {
     this.mounted = null;
     this.element.classList.toggle("two", Boolean(beside));
     if (!trial) return;
-    this.title.textContent = beside ? "Two trials on one clock" : "Trial";
+    this.title.textContent = beside ? "Two trials side by side" : "Trial";
     this.play(this.tell({ study, trial, beside }));
   }
 

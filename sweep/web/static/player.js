@@ -16,9 +16,9 @@ import { Visits } from "./visits.js";
 
 /** @import { Message, Recording, State } from "./protocol.d.ts" */
 
-const NEARLY = "Told from recorded places, of 16 bits, and headings, of 8.";
-const MEASURED = " What boids measured and heard of is not recorded: whom a boid sees" +
-  " is told as if it knew where all are.";
+const NEARLY = "Computed from recorded positions (16 bits) and headings (8 bits).";
+const MEASURED = " Measured and received states are not recorded: neighbours are" +
+  " computed from true positions.";
 const THINNED = " Visits between recorded frames are not counted.";
 const LEGENDS_EVERY = 500; // ms
 

@@ -86,10 +86,10 @@ const numberOf = ({ value, frame }) =>
 /** @param {Published} one @param {string[]} others */
 function elsewhere(one, others) {
   const number = `${numberOf(one)} is published for`;
-  if (!others.length) return `${number} a run without changes on the way`;
+  if (!others.length) return `${number} a run without changes of parameters`;
   const names = others.slice(0, MOST_NAMES).map(spaced).join(", ");
   const more = others.length - MOST_NAMES;
-  return `${number} other settings: ${names}${more > 0 ? ` and ${more} more` : ""}`;
+  return `${number} other parameters: ${names}${more > 0 ? ` and ${more} more` : ""}`;
 }
 
 export class Plot {
@@ -149,7 +149,7 @@ export class Plot {
       type: "button",
       className: "quiet",
       textContent: spaced(name),
-      title: `${text}. Larger, with its source and its values`,
+      title: `${text}. Click to enlarge, with source and values`,
       on: { click: () => enlarge(this) },
     });
     return make("h3", {}, open);

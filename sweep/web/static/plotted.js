@@ -99,8 +99,8 @@ export function estimated(row, { column, metric, says }) {
   if (number(mean) === null) return `${what}: no value`;
   const unit = metric.unit && ` ${unitText(metric.unit)}`;
   const interval = number(low) === null || number(high) === null
-    ? "no interval"
-    : `95 % interval ${short(low)} to ${short(high)}`;
+    ? "no confidence interval"
+    : `95 % confidence interval ${short(low)} to ${short(high)}`;
   return `${what} ${short(mean)}${unit}, ${interval}`;
 }
 
@@ -137,7 +137,7 @@ export class Plotted {
     const against = [figure.x, figure.y, figure.by].filter((one) => one !== null)
       .map(({ label }) => label);
     const over = against.length ? ` against ${against.join(" and ")}` : "";
-    return `${figure.label}${over}: points, each of which plays a run`;
+    return `${figure.label}${over}: points, each with a run to play`;
   }
 
   // Draws everything anew, as wide as there is room.
@@ -175,7 +175,7 @@ export class Plotted {
     const { figure, rows } = this.data;
     const row = rows[place];
     const { x, y } = figure;
-    const plays = point.runs.length ? "" : ". Nothing to play";
+    const plays = point.runs.length ? "" : ". No run to play";
     const element = drawn("g", {
       class: `mark colour-${point.colour % 7}${point.runs.length ? "" : " empty"}`,
       role: "option",

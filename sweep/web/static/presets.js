@@ -25,7 +25,7 @@ export class PresetList {
     const twice = this.beside(
       "",
       "Compare with a copy",
-      "Show this twice from here on, to change one of the two",
+      "Show this run twice from here on, to change one copy",
     );
     this.element.replaceChildren(twice, ...groupsOf);
   }
@@ -46,7 +46,7 @@ export class PresetList {
       "details",
       { className: "group presets" },
       make("summary", {}, heading, count),
-      this.beside(other, "Side by side", `Show ${other} beside this`),
+      this.beside(other, "Side by side", `Show ${other} next to this run`),
       ...rows,
     );
   }

@@ -50,7 +50,7 @@ function settings({ groups, state }) {
   return make(
     "details",
     { className: "group values" },
-    make("summary", {}, make("span", { textContent: "settings" })),
+    make("summary", {}, make("span", { textContent: "parameters" })),
     make("dl", {}, ...rows),
   );
 }

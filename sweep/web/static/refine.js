@@ -46,14 +46,14 @@ export class RefineCard {
       make("p", {
         className: "facts",
         textContent: "Drag across the figure, choose a point, or write a region: a" +
-          " setting with its least and its largest value. Points that there are stay.",
+          " parameter with the least and the largest value. Existing points stay.",
       }),
       make(
         "div",
         { className: "choices-of-figure" },
         labelled("between", this.region),
-        labelled("parts of each interval", this.parts),
-        labelled("replicates of all points", this.replicates),
+        labelled("parts per segment", this.parts),
+        labelled("replicates per point", this.replicates),
       ),
     );
   }

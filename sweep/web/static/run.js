@@ -21,7 +21,7 @@ const ended = ({ replay, step, steps, running }) =>
 function next(state) {
   if (state.running) return ["pause", "Pause", "Pause"];
   return ended(state)
-    ? ["forward", "Go on", "Go on: twice as many steps"]
+    ? ["forward", "Continue", "Continue: twice as many steps"]
     : ["play", "Run", "Run"];
 }
 
@@ -35,7 +35,7 @@ export class RunBar {
     this.wanted = false; // pressed before there was a run
     const back = button(
       "reset",
-      "Reset: the same seed from step 0 (R)",
+      "Reset: start again at step 0 with the same seed (R)",
       () => send({ type: "reset" }),
     );
     const single = button(
@@ -57,7 +57,7 @@ export class RunBar {
     const options = SPEEDS.map((speed) =>
       make("option", {
         value: String(speed),
-        textContent: speed ? `${speed} steps/s` : "as fast as it goes",
+        textContent: speed ? `${speed} steps/s` : "as fast as possible",
       })
     );
     this.speed = make("select", { "aria-label": "speed" }, ...options);
@@ -152,12 +152,12 @@ export class RunBar {
     const { running = false, replay = null, past = [0, 0] } = this.state ?? {};
     this.words.hidden = Boolean(replay) || running || step >= known;
     const gone = past[0] > 0
-      ? ` Steps before ${past[0]} are gone: very many changes were made.`
+      ? ` Steps before ${past[0]} are not kept after very many changes.`
       : "";
     write(
       this.words,
-      `${known} steps were run. Run goes on from here as it did, with its changes;` +
-        ` a change made here replaces what came after.${gone}`,
+      `${known} steps were run. Run repeats the later steps with their changes;` +
+        ` a change made here replaces the later steps.${gone}`,
     );
   }
 }

@@ -11,7 +11,7 @@ import { PagedTable } from "./rows.js";
 const TITLES = [
   "claim",
   "published",
-  "ours, 95 % interval",
+  "our estimate, 95 % confidence interval",
   "trials",
   "verdict",
   "says",
@@ -174,7 +174,7 @@ export class ScorecardView {
         }`,
       })
     );
-    const nothing = "no trials are named; sweep reproduce writes which, from 0.14";
+    const nothing = "no trials are named; sweep reproduce names them since 0.14";
     return [
       make("h2", { textContent: `${id}: ${status}` }),
       make("p", { textContent: `${says} (${where})` }),

@@ -131,7 +131,7 @@ export class Explorer {
     const compare = make(
       "details",
       { className: "card", "aria-label": "compare" },
-      make("summary", { textContent: "Compare it with another side" }),
+      make("summary", { textContent: "Compare with another side" }),
       this.sides.element,
     );
     this.study = make(
@@ -312,7 +312,7 @@ export class Explorer {
   originOf({ about: { spec, ...others } }) {
     const facts = Object.entries(others).map(([name, value]) => `${name} ${value}`);
     this.origin.replaceChildren(
-      make("summary", { textContent: "Where this comes from" }),
+      make("summary", { textContent: "Origin of these results" }),
       make("p", { className: "facts", textContent: facts.join("; ") }),
       make("pre", { textContent: spec }),
     );

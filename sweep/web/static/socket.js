@@ -8,7 +8,7 @@ const FIRST_WAIT = 300; // ms
 const LONGEST_WAIT = 8000;
 /** @type {Record<number, string>} */
 const OVER = {
-  4001: "This run went on in another window.",
+  4001: "This run continues in another window.",
   4002: "The server has no run for this page.",
 };
 

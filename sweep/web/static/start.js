@@ -86,7 +86,7 @@ class Cinema {
   }
 
   show() {
-    const words = this.moves ? "Stop the pictures" : "Let the pictures move";
+    const words = this.moves ? "Stop the animations" : "Play the animations";
     setIcon(this.button, this.moves ? "pause" : "play", words);
     this.button.lastChild?.replaceWith(make("span", { textContent: words }));
   }
@@ -103,7 +103,7 @@ function build(main, demos) {
   const simulator = make("a", {
     className: "primary",
     href: SIMULATOR,
-    textContent: "Begin with a model",
+    textContent: "Start with a model",
   });
   main.append(
     make(
@@ -112,8 +112,8 @@ function build(main, demos) {
       make("h1", { textContent: "boidsweep" }),
       make("p", {
         textContent:
-          "Experiments with swarms that follow simple rules, as five papers describe" +
-          " them. Choose a demo: it runs at once, and everything in it can be changed.",
+          "Experiments with swarms that follow simple rules, as published papers" +
+          " describe them. Choose a demo: it runs at once, and you can change it.",
       }),
       make("div", { className: "row" }, simulator, cinema.button),
     ),
@@ -121,7 +121,7 @@ function build(main, demos) {
     make("p", {
       className: "facts",
       textContent:
-        "The pictures are runs of the demos' own specs, which were just made.",
+        "The animations are runs of the specs of the demos, simulated just now.",
     }),
   );
   return cards;

@@ -40,9 +40,9 @@ export class StatusLine {
   /** @param {State} state */
   show({ exact, note, sweeps }) {
     const count = Object.keys(sweeps).length;
-    const settings = count === 1 ? "1 setting" : `${count} settings`;
+    const settings = count === 1 ? "1 parameter" : `${count} parameters`;
     const swept = count ? ` · the spec sweeps ${settings}` : "";
-    const words = exact ? "exact: the spec gives these very frames, bit for bit" : "";
+    const words = exact ? "exact: the spec gives these frames, bit for bit" : "";
     write(this.exact, [words, note].filter(Boolean).join(" · ") + swept);
     this.exact.classList.toggle("not", !exact);
   }

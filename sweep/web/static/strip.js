@@ -55,7 +55,7 @@ export class StatePanel {
       make("span", { textContent: `${cause} ` }),
       make("button", {
         type: "button",
-        textContent: "play the first",
+        textContent: "play the first trial",
         on: { click: act },
       }),
     );
@@ -111,8 +111,8 @@ function sentence({ counts, missing, trials, points, running, rate, left, search
     }`,
   ];
   if (running.length) said.push(`launched now by ${running.join(", ")}`);
-  else if (missing) said.push("nobody launches it now");
-  if (rate) said.push(`${short(rate, 3)} trials a second`);
+  else if (missing) said.push("no launch is running");
+  if (rate) said.push(`${short(rate, 3)} trials per second`);
   if (left) said.push(`about ${lasting(left)} left`);
   if (missing) said.push("means of an unfinished study may change");
   if (search) said.push(search);

@@ -22,10 +22,10 @@ const VERIFIED =
 const TRIAL = "trial"; // in the address, after its #
 const SECONDS = 12; // that a run takes on the page, about
 const SPEEDS = [1, 5, 15, 30, 60, 120, 300, 1000];
-const HATCHED = "Hatched: the interval of the cell has the means of all its" +
-  " neighbours in it.";
+const HATCHED = "Hatched: the confidence interval of the cell contains the means of" +
+  " all adjacent cells.";
 const WAYS = "Click a point to play its run. Drag across the figure, or use the arrow" +
-  " keys, to leaf through the runs at the same step; Enter plays.";
+  " keys, to see other runs at the same step; Enter plays.";
 
 /** @param {string} text */
 const paragraph = (text, className = "") => make("p", { textContent: text, className });

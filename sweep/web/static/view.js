@@ -141,7 +141,7 @@ export class View {
       className: "watch",
       "aria-label": "overlays and metrics",
     });
-    const right = make("aside", { className: "settings", "aria-label": "settings" });
+    const right = make("aside", { className: "settings", "aria-label": "parameters" });
     this.root.append(
       make(
         "div",
@@ -302,7 +302,7 @@ export class View {
   copySpec() {
     if (!this.away) return this.send({ type: "spec" });
     const yaml = this.memory?.read()?.yaml;
-    const note = "sweep view is away: this is the spec of what it showed last.";
+    const note = "sweep view does not answer: this is the spec of the last state.";
     if (yaml) this.showSpec({ type: "spec", yaml, trial: "", exact: false, note });
   }
 

@@ -11,7 +11,7 @@ const WIDGET_HEIGHT = "860px";
 const SCHEMES = { true: "light", false: "dark" }; // by data-jp-theme-light
 const WAITED = 1500; // ms
 const WAITING = "Waiting for the kernel, which is busy or gone.";
-const GONE = "This run is gone with its kernel. Run the cell again for another one.";
+const GONE = "The kernel of this run has stopped. Run the cell again for a new run.";
 
 // JupyterLab has a theme of its own, whatever the system prefers. It may change at any
 // time. Returns a function that ends the following.
