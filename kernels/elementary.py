@@ -79,7 +79,7 @@ LEAST_WITH_ALL_BITS, LIFTED = 2.0**-1022, 64.0
 LIFT = 2.0**LIFTED
 EXP_ENTRY = EXP_HIGH + EXP_LOW
 EXP_REST = ((EXP_HIGH - EXP_ENTRY) + EXP_LOW) / EXP_ENTRY
-"""Relative errors of the doubles next to powers of 2."""
+"""Relative errors of EXP_ENTRY, the doubles next to powers of 2."""
 LOG_FACTORS, LOGS, LOG_RESTS = (
     np.concatenate([np.zeros(FIRST_LOG), one]) for one in (FACTOR, LOG_HIGH, LOG_LOW)
 )

@@ -108,7 +108,7 @@ class Calls(NamedTuple):
 class Flight:
     """Flock, world and all further inputs of the `advance` of a model.
 
-    A new grid replaces `work`.
+    `work` is replaced when the grid is rebuilt.
     """
 
     model: Model

@@ -1,4 +1,4 @@
-"""Observation of a run without a change of it.
+"""Observation of a run, without a change of the run.
 
 The functions return the perceived neighbours of a boid, the flocks, and the velocities
 after one step.

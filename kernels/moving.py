@@ -69,7 +69,8 @@ def velocities_of(given: Floats, speed: float, key: ChanceKey) -> Floats:
     speed : float
         Speed of obstacles with a random direction.
     key : ChanceKey
-        Key of the trial; the direction depends on it and on the number of the obstacle.
+        Key of the trial; the direction depends on the key and the number of the
+        obstacle.
 
     Returns
     -------

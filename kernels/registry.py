@@ -1,4 +1,4 @@
-"""Registries: built-in entries by name, and those of installed packages.
+"""Registries: built-in entries and entries of installed packages, by name.
 
 The metadata of a package lists the offered entries, as entry points of a group:
 

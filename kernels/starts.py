@@ -130,8 +130,8 @@ def start_portable(
 ) -> Flock:
     """Draw a flock that is bitwise identical with any mathematics library.
 
-    Positions equal those of `start_numpy`. Headings are drawn again, from [-pi, pi),
-    and their cosines and sines come from arithmetic alone.
+    Positions equal the positions of `start_numpy`. Headings are drawn again, from [-pi,
+    pi). The cosines and sines come from arithmetic alone.
 
     Parameters
     ----------

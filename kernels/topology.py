@@ -208,7 +208,7 @@ def _invert(near: Near, found: int) -> int:
 def _walk(near: Near, found: int, first: int, side: float) -> float:
     """Mark the corners of the hull from `first` on.
 
-    The walk is counterclockwise where `side` is 1 and clockwise where it is -1. Return
+    The walk is counterclockwise if `side` is 1 and clockwise if `side` is -1. Return
     the least distance of 0 from the visited sides; 0 if the walk ends before it returns
     to a corner.
     """

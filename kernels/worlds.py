@@ -325,8 +325,7 @@ def enter_obstacles(world: World, margin: float, reach: Reach) -> None:
 
 @jit
 def _enter(reach: Reach, cell: int, m: int) -> None:
-    """Put obstacle `m` before the list of a cell; the start of the list moves by one.
-    """
+    """Put obstacle `m` before the list of a cell."""
     reach.first[cell] -= 1
     reach.obstacle[reach.first[cell]] = m
 

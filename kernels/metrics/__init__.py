@@ -411,9 +411,9 @@ METRICS = Registry(
                 r" \frac{1}{2} \frac{c}{n_i} (r^2 - r_s^2) & r_s \le r < r_c \\"
                 r" 0 & r \ge r_c \end{cases}$. Here $a$ and $c$ are the strengths of"
                 r" separation and cohesion, and $r_s$ and $r_c$ are the ranges. $n_i$"
-                r" is the number of boids nearer than $r_c$ to boid $i$. If boids nearer"
-                r" than $r_s$ do not cohere, $n_i$ leaves out these boids, and the"
-                r" first line has $a$ in place of $a - \frac{c}{n_i}$."
+                r" is the number of boids nearer than $r_c$ to boid $i$. If boids"
+                r" nearer than $r_s$ do not cohere, $n_i$ leaves out these boids, and"
+                r" the first line has $a$ in place of $a - \frac{c}{n_i}$."
             ),
         ),
         "flock_potential": Metric(

@@ -86,10 +86,11 @@ class Metric(NamedTuple):
     short : str
         Name in the figure of visits, which shows only metrics with a short name.
     distribution : Distribution or None
-        Distribution of the values, one per trial: about "normal"; "skewed", with a long
-        tail; a "count" of events; a "proportion" from 0 to 1 or a "percentage" from 0
-        to 100. The mean has the confidence interval for this distribution. With None
-        the confidence interval is for normal values, and tables report this choice.
+        Distribution of the values, one per trial. "normal" is approximately normal, and
+        "skewed" has a long tail. "count" is a number of events, "proportion" is from 0
+        to 1, and "percentage" from 0 to 100. The mean has the confidence interval for
+        this distribution. With None the confidence interval is for normal values, and
+        tables report this choice.
     per_step : bool
         Whether the metric measures the change in one step, so that values with
         different time steps are not comparable.
@@ -111,7 +112,7 @@ class Metric(NamedTuple):
     reads : tuple of str
         Further parameters of the observation that the metric reads.
     formula : str
-        Definition for a paper: LaTeX, with words in Markdown around it.
+        Definition for a paper: Markdown, with LaTeX between dollar signs.
     """
 
     measure: Callable[[Frames, int, Ground, Observation, Floats], None]

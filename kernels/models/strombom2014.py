@@ -1,4 +1,4 @@
-"""A dog that herds sheep to a goal: it collects strays and drives the herd.
+"""A dog that collects stray sheep and drives the herd to a goal.
 
 D. Strombom, R. P. Mann, A. M. Wilson, S. Hailes, A. J. Morton, D. J. T. Sumpter, A. J.
 King (2014), Solving the shepherding problem: heuristics for herding autonomous,

@@ -24,7 +24,7 @@ def separation_unit(near: Near, found: int, range2: float) -> tuple[float, float
     near : Near
         Neighbours of the boid.
     found : int
-        Number of its neighbours.
+        Number of neighbours.
     range2 : float
         Square of the distance below which a neighbour counts.
     """
@@ -60,7 +60,7 @@ def separation_direction(near: Near, found: int, range2: float) -> tuple[float, 
     near : Near
         Neighbours of the boid.
     found : int
-        Number of its neighbours.
+        Number of neighbours.
     range2 : float
         Square of the distance below which a neighbour counts.
     """
@@ -82,7 +82,7 @@ def separation_linear(near: Near, found: int, range2: float) -> tuple[float, flo
     near : Near
         Neighbours of the boid.
     found : int
-        Number of its neighbours.
+        Number of neighbours.
     range2 : float
         Square of the distance below which a neighbour counts.
     """
@@ -105,13 +105,13 @@ def alignment(
     Parameters
     ----------
     seen : Flock
-        Flock as boids perceive it.
+        Perceived flock.
     i : int
         Index of the boid.
     near : Near
         Neighbours of the boid.
     found : int
-        Number of its neighbours.
+        Number of neighbours.
     range2 : float
         Square of the distance below which a neighbour counts.
     """
@@ -129,11 +129,11 @@ def alignment_from(
     vx, vy : float
         Velocity of the boid, in place of the velocity in `seen`.
     seen : Flock
-        Flock as boids perceive it.
+        Perceived flock.
     near : Near
         Neighbours of the boid.
     found : int
-        Number of its neighbours.
+        Number of neighbours.
     range2 : float
         Square of the distance below which a neighbour counts.
     """
@@ -162,7 +162,7 @@ def cohesion(near: Near, found: int, range2: float) -> tuple[float, float]:
     near : Near
         Neighbours of the boid.
     found : int
-        Number of its neighbours.
+        Number of neighbours.
     range2 : float
         Square of the distance below which a neighbour counts.
     """
@@ -194,11 +194,11 @@ def ranged_sums(
     Parameters
     ----------
     seen : Flock
-        Flock as boids perceive it.
+        Perceived flock.
     near : Near
         Neighbours of the boid.
     found : int
-        Number of its neighbours.
+        Number of neighbours.
     separation2, alignment2, cohesion2 : float
         Squares of the distances below which a neighbour counts, by rule.
 
@@ -244,11 +244,11 @@ def flocking_sums(
     Parameters
     ----------
     seen : Flock
-        Flock as boids perceive it.
+        Perceived flock.
     near : Near
         Neighbours of the boid.
     found : int
-        Number of its neighbours.
+        Number of neighbours.
     crowd2 : float
         Square of the distance below which a neighbour crowds the boid.
 
@@ -282,11 +282,11 @@ def protected_sums(
     Parameters
     ----------
     seen : Flock
-        Flock as boids perceive it.
+        Perceived flock.
     near : Near
         Neighbours of the boid.
     found : int
-        Number of its neighbours.
+        Number of neighbours.
     crowd2 : float
         Square of the distance below which a neighbour crowds the boid.
     range2 : float

@@ -289,7 +289,7 @@ def quantiles_by_point(
     DataFrame
         A row per point, metric and probability; points are in the order of `trials`.
         Columns: the `varied` parameters, metric, probability, value, low, high, n and
-        `not_done`, as in `quantile_interval` and `by_point`.
+        `not_done`; see `quantile_interval` and `by_point`.
     """
     not_done = _not_done(trials, trials["point"])
     rows = []

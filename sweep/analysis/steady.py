@@ -151,11 +151,11 @@ def steady_states(
     Returns
     -------
     DataFrame
-        A row per point, over the trials that are done. Columns: the varied parameters,
-        mean, low, high, series (number of series), burn_in and tau (in steps),
-        effective, reliable, drift_p, stationary, problems (as a string), and left_out
-        (number of trials that are not done or lack a value). A last frame at a shorter
-        distance than the frames before does not count.
+        A row per point, over the trials that are done. Columns: the varied parameters;
+        mean, low and high; series, the number of series; burn_in and tau, in steps;
+        effective, reliable, drift_p and stationary; problems, as a string; left_out,
+        the number of trials that are not done or lack a value. A last frame at a
+        shorter distance than the frames before does not count.
 
     Raises
     ------

@@ -71,7 +71,7 @@ def launch(
     share : Share, optional
         The shard to run; further launches may run the remaining shards.
     report : callable, optional
-        Called with the progress, as `run_campaign` calls it.
+        Called with the progress; see `run_campaign`.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""The plan of any study: the trials that a launch of it would run."""
+"""The plan of any study: the trials of the next launch."""
 
 from dataclasses import replace
 
@@ -15,8 +15,8 @@ from sweep.trial import compiling_seconds, layers_of, measured_pace
 def plan_of(study: Study, workers: int, results: Location | None = None) -> StudyPlan:
     """Return the plan of a study.
 
-    If trials keep their last states, the plan counts those that would resume from
-    stored ones.
+    If trials keep their last states, the plan counts the trials that would resume from
+    stored trials.
 
     Parameters
     ----------

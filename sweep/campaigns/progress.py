@@ -22,15 +22,15 @@ class Progress:
         Number of points that have had their last trial, if a rule decides how many
         trials a point gets. None if the number is fixed.
     trials : int
-        Number of trials of the plan; in a launch of a shard, only those in it.
+        Number of trials of the plan; in a launch of a shard, of the shard.
     stored : int
-        Number of these trials that were stored before.
+        Number of trials of the plan that were stored before.
     apart : int
         Number of stored trials that the plan does not list.
     continued : int
-        Number of new trials that resume from the last states of others.
+        Number of new trials that resume from stored last states.
     steps_saved : int
-        Sum of the steps that they did not have to run.
+        Sum of the steps that resumed trials did not run again.
     ahead : bool
         True if `trials` counts from the beginning all that may be requested, until the
         campaign ends.

@@ -134,7 +134,7 @@ def filled(
     Parameters
     ----------
     new : array of bool
-        Whether each of the n trials is new, as `beyond` returns it, shape (n,).
+        Whether each of the n trials is new, shape (n,): the result of `beyond`.
     values : array of float
         Values of the new trials.
     before : array of float

@@ -32,7 +32,7 @@ class Installed(NamedTuple):
     name : str
         Name in imports.
     owner : str
-        The distribution, as ``name version``.
+        The distribution: ``name version``.
     sha : str
         The sha256 of the code.
     """

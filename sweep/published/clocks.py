@@ -1,9 +1,9 @@
 """Stored studies, converted to the time steps of another study.
 
 With a shorter time step, a study has more steps per unit of time. Parameters that act
-once per step have other values. The converted tables have the steps and the parameters
-of the study with longer steps. So claims and functions of figures.py find equal points,
-and frames at equal times.
+once per step have different values. The converted tables have the steps and the
+parameters of the study with longer steps. So claims and functions of figures.py find
+equal points, and frames at equal times.
 
 A metric over one step cannot be converted: stored values refer to a shorter step, and
 the store has no values between frames. The tables leave out metrics of this kind.
@@ -31,7 +31,7 @@ def over_one_step(study: Study) -> list[str]:
 
 
 def converted(study: Study, stored: StoredStudy, clock: int) -> StoredStudy:
-    """Return a stored study in the time steps of the other study.
+    """Return a stored study in the time steps of a study with longer steps.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def converted(study: Study, stored: StoredStudy, clock: int) -> StoredStudy:
     stored : StoredStudy
         The study with the shorter time step.
     clock : int
-        Number of short steps in one step of the other study.
+        Number of short steps per long step.
     """
     settings = changed_by_steps(study)
 

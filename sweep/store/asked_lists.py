@@ -1,7 +1,7 @@
 """Requests of a search as a column of the plan: a list of requests for each trial.
 
 A search may request a trial more than once. One file contains the plan and the
-requests, so both change in one step.
+requests, so plan and requests change in a single step.
 """
 
 import numpy as np
@@ -26,9 +26,9 @@ def with_asked(plan: pa.Table, requests: pa.Table) -> pa.Table:
     Parameters
     ----------
     plan : Table
-        One row per trial, with its `trial_id`.
+        One row per trial, with the `trial_id`.
     requests : Table
-        One row per request, with the `trial_id` of a trial of the plan. The column gets
+        A row per request, with the `trial_id` of a trial of the plan. The column gets
         the metadata of this table.
 
     Raises
@@ -56,7 +56,7 @@ def with_asked(plan: pa.Table, requests: pa.Table) -> pa.Table:
 
 
 def asked_in(plan: pa.Table, file: Location, remedy: str) -> pa.Table:
-    """Return the requests of a search from the column of a plan, in their order.
+    """Return the requests of a search from the column of a plan, in order.
 
     Parameters
     ----------

@@ -168,7 +168,7 @@ def every_way(
     obstacles : bool, default True
         Whether the world has three obstacles.
     **changes
-        Values of further parameters, as in `a_job`.
+        Values of further parameters; see `a_job`.
 
     Raises
     ------

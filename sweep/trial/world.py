@@ -26,8 +26,8 @@ class Paths(NamedTuple):
     dt : float
         Time step.
     wraps : bool
-        Whether obstacles wrap around the world. Otherwise they are reflected at its
-        borders.
+        Whether obstacles wrap around the world; otherwise the borders reflect
+        obstacles.
     """
 
     velocities: NDArray[np.float64]
@@ -43,20 +43,21 @@ class TrialWorld(NamedTuple):
     width, height : float
     obstacles : array of float, shape (M, 5)
         x and y of the centre, half-width, half-height, and 1 for a disc or 0 for a
-        rectangle. The row of a polygon is its bounding box, and that of an arena the
-        world. Moving obstacles are at their initial positions.
+        rectangle. The row of a polygon is the bounding box, and the row of an arena is
+        the world. Moving obstacles are at their initial positions.
     goal : tuple of float, optional
-        x and y of the goal, and the radius around it; None if no boid seeks it.
+        x and y of the goal, and the radius of the goal; None without boids that
+        seek the goal.
     y_down : bool
         Whether y points down.
     kinds : mapping of int
         Number of boids of each type, see `kinds_of`.
     next_goals : Places
-        x and y of the further goals, in their order.
+        x and y of the further goals, in order.
     polygons : mapping of Polygon
-        Polygons and arenas, by their rows.
+        Polygons and arenas, by row.
     paths : Paths, optional
-        Motion of the obstacles, if they move.
+        Motion of the obstacles; None if obstacles rest.
     """
 
     width: float
@@ -70,7 +71,7 @@ class TrialWorld(NamedTuple):
     paths: Paths | None = None
 
     def at(self, step: int) -> "TrialWorld":
-        """Return the world with the positions of its obstacles after a step."""
+        """Return the world with the positions of obstacles after a step."""
         if self.paths is None:
             return self
         rows = self.obstacles.copy()
@@ -99,7 +100,7 @@ class TrialWorld(NamedTuple):
 
     @property
     def goals(self) -> Places:
-        """All goals that boids seek, in their order."""
+        """All goals that boids seek, in order."""
         return (self.goal[:2], *self.next_goals) if self.goal else ()
 
 

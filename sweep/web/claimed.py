@@ -1,4 +1,4 @@
-"""Published means, each with the parameters of its points."""
+"""Published means, with the parameters of the points."""
 
 from collections.abc import Iterator, Mapping
 from functools import cache
@@ -16,7 +16,7 @@ from sweep.web.protocol import Reply
 def published(
     model: str, preset: str, experiments: Path
 ) -> tuple[tuple[str, Reply], ...]:
-    """Return published means of a model and preset, each with its metric.
+    """Return published means of a model and preset, with their metrics.
 
     The means are in each published.yaml in `experiments`. A file that is missing or
     cannot be read gives no means.
@@ -35,9 +35,9 @@ def published(
     tuple of (str, dict)
         The metric, and ``value``, ``where``, ``says``, ``frame``, ``half`` and
         ``settings``. With ``half`` the mean is over the second half of each trial.
-        ``settings`` has every parameter of the points of the claim: the number holds
-        for these values only. A parameter is None where these points differ in it,
-        or where it is a custom map of their spec.
+        ``settings`` has the parameters of the points of the claim: the number holds
+        for these values only. A parameter is None if the points differ in the
+        parameter, or for a custom map of the spec.
     """
     means = []
     for file in sorted(experiments.glob("*/published.yaml")):

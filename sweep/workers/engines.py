@@ -1,7 +1,7 @@
 """Engines that run the trials of a launch, by the names that `--executor` takes.
 
-An engine is one entry of ENGINES. A package offers one as an entry point of the group
-`boidsweep.engines`.
+An engine is an entry of ENGINES. A package offers an engine as an entry point of the
+group `boidsweep.engines`.
 """
 
 import os
@@ -31,7 +31,7 @@ class EngineOptions(NamedTuple):
     address : str, optional
         Address of the scheduler of a cluster.
     scheduler_file : Path, optional
-        File in which the scheduler has written its address.
+        File with the address that the scheduler has written.
     """
 
     workers: int = 0
@@ -45,7 +45,7 @@ class Engine(NamedTuple):
     Attributes
     ----------
     text : str
-        Location of its workers, in a few words.
+        Location of the workers, in a few words.
     make : callable
         Returns the engine for the options. Raises WorkersError before any work if
         options contradict each other, or if a requirement is missing.

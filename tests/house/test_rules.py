@@ -59,6 +59,21 @@ BROKEN: list[tuple[Rule, dict[str, str], str]] = [
         'README.md:3: "goes on" is no term of the field: resume, continue',
     ),
     (
+        prose.code_is_easy_to_read,
+        {"sweep/a.py": f'def f():\n    """{"Return what it is. " * 40}"""'},
+        "sweep/a.py:1: 500 pronouns per 1,000 words of its docstrings; at most 35",
+    ),
+    (
+        prose.code_is_easy_to_read,
+        {"kernels/a.py": f'A = 1\n"""Number {LONG}."""'},
+        f"kernels/a.py:2: a long sentence: Number {LONG}.",
+    ),
+    (
+        prose.code_is_easy_to_read,
+        {"sweep/a.py": 'print("a launch that was killed goes on")'},
+        'sweep/a.py:1: "goes on" is no term of the field: resume, continue',
+    ),
+    (
         imports.others_import_from_the_face_of_a_package,
         {
             "sweep/cli/a.py": "\nfrom sweep.spec.study import Study",

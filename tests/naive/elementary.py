@@ -11,9 +11,9 @@ DIGITS = 60
 """Of the numbers before they are rounded; two doubles have 32."""
 HEAD = '''"""Tables of kernels.elementary, made by tests.naive.elementary.
 
-Numbers are in two parts, of which the first is the double next to the truth and the
-second the double next to the rest. Constants in several parts begin with a few bits
-only, so that a multiple of these is exact.
+Numbers have two parts: the double next to the exact value, and the double next to the
+rest. The first parts of constants in several parts have only a few bits, so multiples
+of the first parts are exact.
 """
 
 import numpy as np
@@ -25,7 +25,7 @@ def _numbers(text: str) -> NDArray[np.float64]:
 
 
 POWERS = np.ldexp(1.0, np.arange(-1022, 1024))
-"""The powers of 2 that have all of their bits."""
+"""Powers of 2 with full precision (normal doubles)."""
 '''
 EXP_PARTS, SINE_PARTS, ATAN_PARTS, LOG_PARTS = 128, 64, 128, 256
 FIRST_LOG, LAST_LOG = 181, 362

@@ -31,8 +31,8 @@ def paired_effects(
 
     A trial is paired with the trial of equal seed, replicate and value of `by` in which
     no component is changed. With `leave_out` the trials with all components are also
-    paired with the trials that have all but one. This change is the effect of the
-    component when added to all others.
+    paired with the trials that lack a single component. This change is the effect of
+    the component when added to all further components.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def paired_effects(
         the axis.
     metrics : sequence of str
     by : str, optional
-        Parameter whose values are kept apart.
+        Parameter with values that are kept apart.
     factor : bool, default False
         Return ratios instead of differences, and their geometric means. For metrics
         above zero.
@@ -92,7 +92,7 @@ def paired_effects(
 def _compared(
     values: pd.DataFrame,
 ) -> Iterator[tuple[str, str, pd.DataFrame, pd.DataFrame]]:
-    """Yield each component, its base, and the trials with and without the component."""
+    """Yield each component, the base, and the trials with and without the component."""
     parts = {
         str(label): part.set_index(list(PAIRED))
         for label, part in values.groupby("detail", sort=False)

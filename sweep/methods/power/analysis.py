@@ -59,12 +59,12 @@ class Power:
     rows : DataFrame
         One row per goal, metric and point. Columns: the parameters of `headings`, of B
         of a pair; goal, "half width" or "difference"; metric and unit; asked, the goal
-        as a string. mean, of A of a pair, with the bounds of its present confidence
-        interval, low and high. values, the number of values of the pilot, the smaller
-        number for a pair; paired, True for pairs. replicates, the number that reaches
-        the goal with the probability `chance`, with its 95 % range replicates_low and
-        replicates_high: NaN if unknown, and infinite above a million. caveat, an entry
-        of `sweep.analysis.replication.CAVEATS` or "".
+        as a string; mean, of A of a pair, with the bounds low and high of the present
+        confidence interval; values, the number of values of the pilot, the smaller
+        number for a pair; paired, True for pairs; replicates, the number that reaches
+        the goal with the probability `chance`; replicates_low and replicates_high, the
+        95 % range of that number, NaN if unknown and infinite above a million; caveat,
+        an entry of `sweep.analysis.replication.CAVEATS` or "".
     headings : list of str
     chance : float
     tests : int

@@ -48,20 +48,20 @@ class Boundary(NamedTuple):
     rule : Refinement
         The rule by which the study was refined.
     points : DataFrame
-        One row per point, in the order of the plan: its group, the parameters by which
-        groups differ, and the refined parameters. Then follow the number of values, the
-        mean, the bounds of its confidence interval (low, high), simultaneous for all
-        looks, and the side of the level: -1 below, 1 above, 0 if the interval includes
-        the level.
+        One row per point, in the order of the plan. Columns: the group; the parameters
+        by which groups differ; the refined parameters; the number of values; the mean;
+        low and high, the bounds of the confidence interval, simultaneous for all looks;
+        the side of the level, which is -1 below, 1 above, and 0 if the interval
+        includes the level.
     cells : DataFrame
-        One row per cell of the grid: its group, the parameters by which groups differ,
-        `<axis>_low` and `<axis>_high` of each refined axis, the state (an entry of
-        `STATES`), and the reason of an unresolved state.
+        One row per cell of the grid. Columns: the group; the parameters by which groups
+        differ; `<axis>_low` and `<axis>_high` of each refined axis; the state, an entry
+        of `STATES`; the reason of an unresolved state.
     crossings : DataFrame or None
-        With one refined axis, one row per crossing of a group. low and high are the
-        nearest points that are known to be on either side, and estimate is the
-        estimated position. direction is up or down. resolved is True if the grid
-        between low and high is as fine as the rule demands. With `at: steepest` there
+        With one refined axis, one row per crossing of a group. Columns: low and high,
+        the nearest points that are known to be on either side; estimate, the estimated
+        position; direction, up or down; resolved, True if the grid between low and high
+        is as fine as the rule demands. With `at: steepest` there
         is one row per group, whose direction is unknown if the ends do not differ. None
         for several axes.
     """

@@ -39,10 +39,10 @@ def resilience_rows(
     Returns
     -------
     DataFrame
-        One row per point and metric. Columns: the parameters that vary, and metric.
+        One row per point and metric. Columns: the parameters that vary; metric;
         kept, recovered and time, see `sweep.analysis.resilience`, each with the bounds
-        of its 95 % confidence interval, `_low` and `_high`. pairs, the number of pairs
-        of trials, and lack, the number of trials without a partner or a value.
+        `_low` and `_high` of the 95 % confidence interval; pairs, the number of pairs
+        of trials; lack, the number of trials without a partner or a value.
 
     Raises
     ------

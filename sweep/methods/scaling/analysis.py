@@ -72,10 +72,10 @@ class Scaling:
     curves : tuple of SizeCurve
         One per size, the smallest first.
     states : DataFrame
-        One row per point: n, the control parameter, trials, frames and tau (both of the
-        part that counts, tau in steps), burn_in (steps, by MSER-5 in the complete
-        series), drift_p (adjusted for all points) and problems, in words. tau, burn_in
-        and drift_p are NaN for fewer than 20 frames.
+        One row per point. Columns: n; the control parameter; trials; frames and tau, in
+        steps, of the part that counts; burn_in, in steps, by MSER-5 in the complete
+        series; drift_p, adjusted for all points; problems, in words. tau, burn_in and
+        drift_p are NaN for fewer than 20 frames.
     left_out : int
         Number of trials that are not done, lack a value, or are of points that have too
         few.

@@ -47,7 +47,7 @@ def collapse_figure(
     Raises
     ------
     ChoiceError
-        The study has no sizes, as in `sweep.methods.scaling.finite_size_scaling`, or
+        The study has no sizes; see `sweep.methods.scaling.finite_size_scaling`, or
         the curves cannot be collapsed.
     """
     return draw_collapse(

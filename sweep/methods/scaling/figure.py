@@ -58,7 +58,7 @@ def scaling_figure(
     Raises
     ------
     ChoiceError
-        The study has no sizes, as in `sweep.methods.scaling.finite_size_scaling`.
+        The study has no sizes; see `sweep.methods.scaling.finite_size_scaling`.
     """
     return draw_scaling(study, finite_size_scaling(study, metric, by))
 

@@ -46,7 +46,7 @@ class TrialsByBlock(NamedTuple):
         Parameters
         ----------
         place : int
-            Index of the candidate, as `find` returns it.
+            Index of the candidate: the result of `find`.
         column : str
             Name of the column.
 

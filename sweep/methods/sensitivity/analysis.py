@@ -198,10 +198,10 @@ def morris(
     -------
     DataFrame
         All numbers are in the unit of the metric. Columns: setting; noise, the standard
-        deviation of effects by replicate noise alone, NaN without replicates; and, each
-        with _low and _high, mu, mu_star and sigma. mu is the mean of effects, and
-        mu_star the mean of absolute values of effects (Campolongo, Cariboni and
-        Saltelli 2007, Environmental Modelling and Software 22, 1509-1518). sigma is the
+        deviation of effects by replicate noise alone, NaN without replicates; mu,
+        mu_star and sigma, each with _low and _high. `mu` is the mean of effects.
+        `mu_star` is the mean of absolute values (Campolongo, Cariboni and Saltelli
+        2007, Environmental Modelling and Software 22, 1509-1518). sigma is the
         standard deviation of effects. The sign of mu has no meaning for a parameter
         whose values are strings.
 
@@ -245,10 +245,10 @@ def rank_correlations(
     Returns
     -------
     DataFrame
-        Columns: setting; and, each with _low and _high, spearman, the correlation of
-        ranks, and partial, the correlation given the ranks of the axis's other
-        parameters (Iman and Helton 1988, Risk Analysis 8, 71-90). Correlations are NaN
-        for a parameter whose values are strings. They are also NaN if a rank does not
+        Columns: setting; spearman, the correlation of ranks; partial, the correlation
+        given the ranks of the further parameters of the axis (Iman and Helton 1988,
+        Risk Analysis 8, 71-90). spearman and partial have _low and _high. Correlations
+        are NaN for a parameter whose values are strings, and also if a rank does not
         vary, or the other ranks determine the rank.
 
     Raises

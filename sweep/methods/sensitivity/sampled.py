@@ -141,9 +141,9 @@ def sampled_axis(
     Raises
     ------
     ChoiceError
-        The study joins several designs, no axis has a suitable sample or is named
-        `axis`, several axes have such a sample and `axis` is None, or `where` chooses
-        among the values of the sampled parameters.
+        The study joins several designs; no axis has a suitable sample or is named
+        `axis`; several axes have a suitable sample and `axis` is None; or `where`
+        chooses among the values of the sampled parameters.
     """
     axes = study.axes
     designs = study.about.designs
