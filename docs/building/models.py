@@ -18,6 +18,7 @@ from sweep.design import Jobs, expand
 from sweep.own_code.reading import named_model, study_of
 from sweep.published.publications import Publication, read_all
 from sweep.replays import write_picture
+from sweep.spec import Study
 from sweep.spec.settings import GROUPS, Setting, settings_of
 
 PICTURES = "_models"
@@ -46,10 +47,14 @@ def draw_models(sources: Path) -> None:
         study = _shown(name, model)
         job = Jobs(study, expand(study))[0]
         steps = int(job.settings["steps"])
-        write_picture(study.name, job, steps, folder / f"{name}.png", lambda _: None)
+        write_picture(study.name, job, steps, folder / f"{name}.png", _unreported)
 
 
-def _shown(name: str, model: Model) -> Any:
+def _unreported(_done: int, _steps: int) -> None:
+    """Report no progress."""
+
+
+def _shown(name: str, model: Model) -> Study:
     """The study whose only trial a picture shows, with the first preset."""
     preset = next(iter(model.presets))
     steps = min(MOST_STEPS, model.preset_values(preset)["steps"])
