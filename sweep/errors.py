@@ -46,7 +46,8 @@ class SpecError(UserError):
 
     Each of several mistakes has a line of the message, and an error in `several`.
     `line` is the line number in the file, or 0 without a line. `place` has the keys and
-    indices that lead to the mistake.
+    indices that lead to the mistake. `meant` has the keys that lead to the key that was
+    probably meant, if the mistake is a misspelt key.
     """
 
     def __init__(
@@ -60,6 +61,7 @@ class SpecError(UserError):
         self.line = line
         self.several = tuple(several)
         self.place = place
+        self.meant: tuple[str | int, ...] = ()
 
     @property
     def mistakes(self) -> "tuple[SpecError, ...]":

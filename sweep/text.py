@@ -38,14 +38,21 @@ def abridged(sentence: str) -> str:
     return f"{sentence[:half]} ... {sentence[-half:]}"
 
 
+def closest(name: object, allowed: Iterable[str]) -> str:
+    """Return the most similar of the allowed names, or "" without a similar name."""
+    names = list(map(str, allowed))
+    few = len(names) <= MOST_COMPARED and len(str(name)) <= MOST_SHOWN
+    close = get_close_matches(str(name), names, n=1) if few else []
+    return close[0] if close else ""
+
+
 def similar(name: str, names: list[str]) -> str:
     """Return a question with a similar name, or "" without a similar name.
 
     An example is `; did you mean "polarization"?`, which follows an unknown name.
     """
-    few = len(names) <= MOST_COMPARED and len(name) <= MOST_SHOWN
-    close = get_close_matches(name, names, n=1) if few else []
-    return f'; did you mean "{close[0]}"?' if close else ""
+    close = closest(name, names)
+    return f'; did you mean "{close}"?' if close else ""
 
 
 def unknown(kind: str, name: object, allowed: Iterable[str]) -> str:

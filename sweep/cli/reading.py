@@ -199,6 +199,10 @@ def plot(
             )
         ),
     ] = None,
+    why: Annotated[
+        bool,
+        typer.Option("--why", help="Print why further kinds do not suit the study."),
+    ] = False,
 ) -> None:
     """Plot figures of a study with confidence intervals.
 
@@ -228,8 +232,11 @@ def plot(
     kinds, known = with_files(arguments.kinds)
     figures = plan_figures(stored, kinds, choices, known)
     unshared = [f"{name} {why}" for name, why in stored.left_out.items()]
-    for reason in [*unshared, *figures.left_out]:
+    for reason in [*unshared, *(figures.reasons() if why else [])]:
         print(f"not drawn: {reason}", file=sys.stderr)
+    if figures.left_out and not why:
+        kinds_left = f"{len(figures.left_out)} kinds that do not suit the study"
+        print(f"not drawn: {kinds_left}; --why prints why", file=sys.stderr)
     below = out or (results if isinstance(results, Path) else Path())
     first, *further = [part.name for part in stored_parts(stored)]
     home = (

@@ -50,11 +50,19 @@ KINDS: Registry[FigureKind] = Registry(
 class Plot(NamedTuple):
     """The figures to draw, each with the name of the kind.
 
-    `left_out` lists the names of kinds that are left out, each with the reason.
+    `left_out` has the reason of each kind that is left out, by name.
     """
 
     figures: list[tuple[str, Planned]]
-    left_out: list[str]
+    left_out: dict[str, str]
+
+    def reasons(self) -> list[str]:
+        """Return a line per reason, with the names of kinds."""
+        return [
+            f"{', '.join(name for name in self.left_out if self.left_out[name] == one)}:"
+            f" {one}"
+            for one in dict.fromkeys(self.left_out.values())
+        ]
 
 
 def plan_figures(
@@ -97,24 +105,18 @@ def plan_figures(
                 for name in chosen
                 for planned in known[name].figures(study, choices)
             ],
-            [],
+            {},
         )
     why = {name: kind.suits(study, choices) for name, kind in known.items()}
-    reasons = {name: reason for name, reason in why.items() if reason}
-    names_of = {
-        reason: [name for name in reasons if reasons[name] == reason]
-        for reason in reasons.values()
-    }
-    left_out = [f"{', '.join(alike)}: {reason}" for reason, alike in names_of.items()]
-    if len(reasons) == len(known):
-        raise ChoiceError(
-            f"no kind of figure suits the study: {'; '.join(left_out)}", study.name
-        )
-    fitting = [name for name, reason in why.items() if not reason]
+    left_out = {name: reason for name, reason in why.items() if reason}
+    if len(left_out) == len(known):
+        reasons = "; ".join(Plot([], left_out).reasons())
+        raise ChoiceError(f"no kind of figure suits the study: {reasons}", study.name)
     return Plot(
         [
             (name, planned)
-            for name in fitting
+            for name, reason in why.items()
+            if not reason
             for planned in known[name].figures(study, choices)
         ],
         left_out,

@@ -44,6 +44,7 @@ from sweep.spec.samplers import ALONE
 from sweep.spec.sampling import Sampler, UnitCube
 from sweep.spec.settings import NotAllowedError, Setting, Values, no_setting
 from sweep.spec.whole_samples import SampleBlocks, read_blocks
+from sweep.text import closest
 
 LOGSPACE = "logspace"
 GRIDS: dict[str, Callable[[float, float, int], Values]] = {
@@ -192,8 +193,9 @@ class AxisReader:
             columns = {name: self._single(self.settings[name], entry)}
             continued = read_continuation(entry)
         else:
-            forms = " (an axis of several parameters has sample, zip or ablate)"
-            raise entry.error(no_setting(name, self.settings, self.keys, forms))
+            forms = "; to vary several parameters together, use zip, sample or ablate"
+            more = "" if closest(name, self.settings) else forms
+            raise entry.error(no_setting(name, self.settings, self.keys, more))
         when = self.when(entry)
         distinct, rows = distinct_rows(list(columns.values()))
         merged = len(rows) - len(distinct)

@@ -10,7 +10,7 @@ from typing import Any
 
 from sweep.errors import SpecError
 from sweep.spec.mistakes import Mistakes
-from sweep.text import abridged, shortened, unknown
+from sweep.text import abridged, closest, shortened, unknown
 
 Place = tuple[str | int, ...]
 NONE_GONE: Mapping[str, str] = MappingProxyType({})
@@ -121,6 +121,10 @@ class Entry:
         """Return an error with the line of this value."""
         return self.document.error(self.place, message)
 
+    def lacks(self, key: str, message: str) -> SpecError:
+        """Return an error for a key that this mapping does not have."""
+        return self.document.error((*self.place, key), message)
+
     def expected(self, allowed: str) -> SpecError:
         """Return the error for a value that is not `allowed`, such as "a list"."""
         value = in_words(self.value)
@@ -170,11 +174,14 @@ class Entry:
                 if key in gone:
                     raise self.child(key).error(f'key "{key}" was removed: {gone[key]}')
                 if key not in allowed:
-                    raise self.child(key).error(unknown("key", key, allowed))
+                    error = self.child(key).error(unknown("key", key, allowed))
+                    if meant := closest(key, allowed):
+                        error.meant = (*self.place, meant)
+                    raise error
         for key in required:
             with mistakes.noted():
                 if key not in self.value:
-                    raise self.error(f'missing key "{key}"{where}')
+                    raise self.lacks(key, f'missing key "{key}"{where}')
         mistakes.check()
 
     def entries(self) -> list["Entry"]:

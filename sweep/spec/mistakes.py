@@ -60,10 +60,15 @@ class Mistakes:
         return None
 
     def check(self) -> None:
-        """Raise one SpecError with all noted mistakes, in the order of lines."""
+        """Raise one SpecError with all noted mistakes, in the order of lines.
+
+        A key that is missing because it is misspelt is one mistake.
+        """
         if not self._noted:
             return
-        mistakes = sorted(self._noted, key=lambda mistake: mistake.line)
+        misspelt = {mistake.meant for mistake in self._noted if mistake.meant}
+        noted = [mistake for mistake in self._noted if mistake.place not in misspelt]
+        mistakes = sorted(noted, key=lambda mistake: mistake.line)
         messages = list(dict.fromkeys(map(str, mistakes)))
         if len(messages) == 1:
             raise mistakes[0]

@@ -31,10 +31,12 @@ def read_replication(root: Entry) -> Replication:
     """Return the value of `replicates` or `seeds` of a spec. Raises SpecError."""
     replicates = root.get("replicates")
     seeds = root.get("seeds")
-    if (replicates is None) == (seeds is None):
-        raise (seeds or root).error(
-            'needs either "replicates" (trials per point) or "seeds" (a list of seeds),'
-            " not the two together"
+    if replicates and seeds:
+        raise seeds.error('give "replicates" or "seeds", not both')
+    if not (replicates or seeds):
+        raise root.lacks(
+            "replicates",
+            'missing "replicates" (trials per point) or "seeds" (a list of seeds)',
         )
     if seeds:
         return Replication(seeds=SEEDS.read(seeds))

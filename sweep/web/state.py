@@ -409,7 +409,10 @@ class ViewState:
         fixed = dict(self.fixed)
         for name, value in changes.items():
             if name not in known:
-                raise SpecError(unknown("parameter", name, known))
+                raise SpecError(
+                    f"{unknown('parameter', name, known)}: model {self.model} has no"
+                    " such parameter"
+                )
             try:
                 fixed[name] = known[name].coerce(value)
             except NotAllowedError as error:

@@ -565,7 +565,7 @@ def test_what_is_wrong_with_a_rule_is_said_with_its_line(
 def test_a_rule_and_seeds_exclude_each_other() -> None:
     with pytest.raises(
         SpecError,
-        match=r'spec.yaml:6: needs either "replicates" \(trials per point\) or "seeds"',
+        match=r'spec.yaml:6: give "replicates" or "seeds", not both',
     ):
         parse_spec(
             spec_with("{until: {metric: speed, half_width: 1}, max: 50}")

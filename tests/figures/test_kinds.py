@@ -92,15 +92,8 @@ def test_every_kind_says_whether_it_suits(name: str, suited: list[str]) -> None:
     ] == suited
     plot = plan_figures(study(name), [], Choices())
     assert list(dict.fromkeys(kind for kind, _ in plot.figures)) == suited
-    left_out = [
-        kind
-        for reason in plot.left_out
-        for kind in reason.partition(":")[0].split(", ")
-    ]
-    assert sorted(left_out) == sorted(kind for kind in KINDS if kind not in suited)
-    assert len({reason.partition(":")[2] for reason in plot.left_out}) == len(
-        plot.left_out
-    ), "said once"
+    assert list(plot.left_out) == [kind for kind in KINDS if kind not in suited]
+    assert len(plot.reasons()) == len(set(plot.left_out.values())), "said once"
 
 
 SUITING = {
@@ -270,7 +263,8 @@ def test_a_new_kind_is_one_entry(
     assert (
         "blank" in dict(plan_figures(study("small"), [], Choices()).figures)
     ) is True
-    assert "blank: is for small" in plan_figures(study("grid"), [], Choices()).left_out
+    left_out = plan_figures(study("grid"), [], Choices()).left_out
+    assert left_out["blank"] == "is for small"
 
 
 @pytest.mark.parametrize(
@@ -373,12 +367,13 @@ def test_the_command_prints_the_paths_and_what_is_left_out(tmp_path: Path) -> No
     ]
     assert done.stdout.splitlines() == [str(path) for path in wanted]
     assert all(path.exists() for path in wanted)
-    assert (
-        "not drawn: heatmap: needs two varied parameters; the study has 1\n"
-        in done.stderr
-    )
+    assert "kinds that do not suit the study; --why prints why\n" in done.stderr
     before = wanted[0].stat().st_ino
-    again = CliRunner().invoke(app, [*command, "--where", "separation_weight=1"])
+    again = [*command, "--where", "separation_weight=1", "--why"]
+    again = CliRunner().invoke(app, again)
+    assert (
+        "not drawn: heatmap: needs two varied parameters; the study has" in again.stderr
+    )
     assert again.stdout.splitlines() == [str(wanted[0])]
     assert wanted[0].stat().st_ino != before
     assert sorted(path.name for path in folder.iterdir()) == sorted(

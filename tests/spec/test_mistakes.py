@@ -72,7 +72,19 @@ def test_what_is_missing_is_said_with_what_is_wrong() -> None:
     assert wrong.startswith('1: unknown key "drag"')
     assert missing == ['1: missing key "study"', '1: missing key "model"']
     *_, last = mistakes("study: many\nfixed: {n: 5}\n")
-    assert last.startswith('1: needs either "replicates"')
+    assert last.startswith('1: missing "replicates" (trials per point) or "seeds"')
+
+
+def test_a_misspelt_key_is_one_mistake() -> None:
+    """And not also a missing key."""
+    assert mistakes("studdy: a\nmodell: nguyen2024\nreplicats: 2\n") == [
+        f'{line}: unknown key "{key}"; did you mean "{meant}"?'
+        for line, key, meant in (
+            (1, "studdy", "study"),
+            (2, "modell", "model"),
+            (3, "replicats", "replicates"),
+        )
+    ]
 
 
 def test_a_search_says_all_that_is_wrong_with_it() -> None:

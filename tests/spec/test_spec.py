@@ -456,10 +456,7 @@ MISTAKES = [
     ),
     (
         ["seeds: [1]"],
-        (
-            '6: needs either "replicates" (trials per point) or "seeds" (a list of'
-            " seeds), not the two together"
-        ),
+        '6: give "replicates" or "seeds", not both',
     ),
     (
         ["streams: {start: shared}"],
@@ -537,10 +534,7 @@ REPLACED = [
     (
         "replicates: 2\n",
         "",
-        (
-            '1: needs either "replicates" (trials per point) or "seeds" (a list of'
-            " seeds), not the two together"
-        ),
+        '1: missing "replicates" (trials per point) or "seeds" (a list of seeds)',
     ),
     (
         "replicates: 2",

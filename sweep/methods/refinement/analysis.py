@@ -104,7 +104,11 @@ def find_boundary(study: StoredStudy) -> Boundary:
     """
     record = study.about.sections.get("refine")
     if record is None:
-        raise ChoiceError('the grid is fixed; the spec has no "refine"', study.name)
+        raise ChoiceError(
+            'the spec has no "refine", so there is no boundary;'
+            " see sweep guide phase-boundaries",
+            study.name,
+        )
     rule = from_json(record)
     groups, places = _places(study, rule)
     trials, values = _values(study, rule, list(places))
