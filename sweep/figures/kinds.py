@@ -58,11 +58,10 @@ class Plot(NamedTuple):
 
     def reasons(self) -> list[str]:
         """Return a line per reason, with the names of kinds."""
-        return [
-            f"{', '.join(name for name in self.left_out if self.left_out[name] == one)}:"
-            f" {one}"
-            for one in dict.fromkeys(self.left_out.values())
-        ]
+        kinds = dict[str, list[str]]()
+        for name, reason in self.left_out.items():
+            kinds.setdefault(reason, []).append(name)
+        return [f"{', '.join(names)}: {reason}" for reason, names in kinds.items()]
 
 
 def plan_figures(
