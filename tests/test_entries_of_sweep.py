@@ -152,7 +152,7 @@ def test_a_new_start_goes_through_every_command(tmp_path: Path) -> None:
         _, flight = study.trajectory(trial)
         np.testing.assert_allclose(flight[0, 0] / width, [0.125, 0.375, 0.625, 0.875])
         assert (flight[0, 1] == height / 2).all()
-        assert "equal" in commanded(tmp_path, "replay", "short", trial)
+        assert "bitwise identical" in commanded(tmp_path, "replay", "short", trial)
 
 
 @pytest.mark.usefixtures("row")
@@ -496,7 +496,7 @@ def test_a_new_statistic_has_its_words_and_its_tail(tmp_path: Path) -> None:
     (tmp_path / "spec.yaml").write_text(spec)
     found = commanded(tmp_path, "search", "spec.yaml")
     assert "inner mean 0.2 flock_radius, to be small" in found
-    assert "take 100 held-out replicates" in found
+    assert "use 100 held-out replicates" in found
 
 
 def test_a_search_with_what_is_no_longer_entered_is_refused_in_one_line(

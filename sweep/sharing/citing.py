@@ -80,13 +80,13 @@ class Work:
         year = f" ({self.year})" if self.year is not None else ""
         version = f", version {self.version}" if self.version else ""
         note = f". {self.note}" if self.note else ""
-        # The note of a model is the source, which names authors and year.
-        named = self.authors and self.kind != "model"
         work = (
             f"{_listed(self.authors)}{year}: {self.title}{version}"
-            if named
-            else f"{self.title}{version}{'' if self.authors else year}"
+            if self.authors
+            else f"{self.title}{version}{year}"
         )
+        if self.authors and self.kind == "model":  # the note has authors and year
+            work, note = f"{self.note}: {self.title}", ""
         missing = ", ".join(self.not_stated)
         return f"{work}{note}." + (f" [not stated: {missing}]" if missing else "")
 

@@ -103,7 +103,7 @@ class Vertices(Content[tuple[Point, ...]]):
         return [list(vertex) for vertex in value]
 
 
-VELOCITY = Key(PAIR, "velocity, length/time", otherwise="obstacle_speed")
+VELOCITY = Key(PAIR, "[x, y], length/time", otherwise="obstacle_speed")
 
 
 @dataclass(frozen=True)

@@ -493,7 +493,7 @@ def test_a_reference_that_cannot_be_is_said_before_any_work(tmp_path: Path) -> N
     ):
         searched(spec, tmp_path)
     assert not list(tmp_path.iterdir())
-    with pytest.raises(SpecError, match='reference "usual" cannot be'):
+    with pytest.raises(SpecError, match='reference "usual" is impossible'):
         make_search_plan(parse_spec(spec), 1)
 
 

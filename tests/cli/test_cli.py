@@ -251,7 +251,7 @@ def test_a_comparison_of_two_values(folder: Path) -> None:
     assert csv["difference"][0] == pytest.approx(speeds[1] - speeds[0])
     same = sweep(folder, "compare", sides[0], sides[0])
     assert (same.returncode, same.stderr.count("\n")) == (2, 1)
-    assert "the same trials: there is nothing to compare" in same.stderr
+    assert "identical trials: there is nothing to compare" in same.stderr
 
 
 def test_a_table_of_an_unrecorded_metric_says_which_there_are(folder: Path) -> None:

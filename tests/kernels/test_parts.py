@@ -159,7 +159,7 @@ def test_what_a_model_cannot_have_is_refused(
 
 def test_no_derived_metric_takes_the_name_of_a_part() -> None:
     taken = "{derive: {speed_of_working: 2 * speed}}"
-    with pytest.raises(SpecError, match="there is a metric of that name"):
+    with pytest.raises(SpecError, match="a metric already has this name"):
         parse(SPEC.format("nguyen2024", taken))
     free = parse(SPEC.format("nguyen2024", "{derive: {speed_of_light: 2 * speed}}"))
     assert free.record.derive[0].name == "speed_of_light"

@@ -88,7 +88,7 @@ def test_commands_take_each_study(
 def test_nothing_runs_if_one_of_them_cannot(tmp_path: Path) -> None:
     nothing = TINY + "require: [n > 1000]\n"
     paper, results = written(tmp_path, BOTH + "---" + nothing), tmp_path / "results"
-    with pytest.raises(SpecError, match='reference "usual" cannot be'):
+    with pytest.raises(SpecError, match='reference "usual" is impossible'):
         launch(paper, workers=1, results=results)
     assert not results.exists()
 

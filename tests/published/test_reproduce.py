@@ -187,7 +187,7 @@ def test_only_some_are_run_and_the_page_names_the_others(tmp_path: Path) -> None
         page = (tmp_path / "results" / name).read_text()
         assert page.count("Not requested, and so not shown: tiny.") == 1
         assert page.count("tiny") == 1
-        assert page.count("1 of these 2 claims are counted and tested together") == 1
+        assert page.count("1 of 2 claims are counted and tested together") == 1
     content = scorecard(tmp_path)
     assert {row["study"] for row in content["rows"]} == {"other"}
     asked = {one["study"]: one["asked"] for one in content["documents"]}

@@ -129,7 +129,7 @@ def test_both_pages_say_the_same(html: Reader, markdown: str, kind: str) -> None
         "Nobody (2024), <nowhere>",
         "Figure 2, frame 0",
         "0.765; mean of 100 trials",
-        "2 of these 3 claims are counted and tested together",
+        "2 of 3 claims are counted and tested together",
         "each at 0.05/2 = 0.025.",
         "Boids start at 3 px/step.",
         "is completely outside the margin.",

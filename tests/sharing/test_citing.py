@@ -126,7 +126,7 @@ def test_the_command_prints_one_format(results: Path, tmp_path: Path) -> None:
     text = sweep(tmp_path, "cite", "small", there)
     assert text.returncode == 0
     assert text.stdout.count("Q. C. Nguyen") == 1
-    assert "a physics-based perspective. Q. C. Nguyen (2024), report" in text.stdout
+    assert "model     Q. C. Nguyen (2024), report" in text.stdout
     assert (
         "@misc{nguyen2024,"
         in sweep(tmp_path, "cite", "small", "--bibtex", there).stdout

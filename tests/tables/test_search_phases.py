@@ -145,5 +145,7 @@ def test_what_no_search_has_written_is_refused(
     monkeypatch.setattr(
         type(searched.store), "read_asked", lambda _: asked.drop_columns("phase")
     )
-    with pytest.raises(StoreError, match="no column phase; delete it and search again"):
+    with pytest.raises(
+        StoreError, match="column phase is missing; delete it and search again"
+    ):
         keep_apart(searched)

@@ -78,7 +78,7 @@ BAD: list[tuple[str, str, tuple[tuple[str, str], ...]]] = [
     ("presets", "-1 is not allowed for gain", (to('"gain": 0.01,', '"gain": -1,'),)),
     (
         "presets",
-        'which is no setting; did you mean "gain"',
+        'which is no parameter; did you mean "gain"',
         (to('"gain": 0.01,', '"gain": 0.01, "gian": 1,'),),
     ),
     (

@@ -163,7 +163,7 @@ def test_a_thinned_flight_keeps_the_first_and_the_last_frame(
 
 
 def test_a_flight_of_one_frame_is_refused(flight: KeptFlight) -> None:
-    with pytest.raises(ChoiceError, match="two at least"):
+    with pytest.raises(ChoiceError, match="use 2 or more"):
         export.thinned(flight, 1)
 
 

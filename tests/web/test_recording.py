@@ -118,7 +118,7 @@ def test_a_recording_says_what_it_is_of(file: File, flight: KeptFlight) -> None:
     )
     assert [work.split(":")[0] for work in front["cite"]] == [
         "The boidsweep authors (2026)",
-        "Q. C. Nguyen (2024)",
+        "Q. C. Nguyen (2024), report, University at Buffalo, 17 December 2024",
         f"Trial {STATE.job.trial_id} of the study {STUDY}, kernels {kernels_sha()}.",
     ]
     assert front["licence"] == NO_LICENCE
@@ -317,7 +317,12 @@ def test_flocks_and_visits_of_a_recording_are_drawn(played: Page) -> None:
 def test_a_recorded_page_says_how_to_cite_it_and_its_settings(played: Page) -> None:
     clock(played, r"step 0 of 60")
     text = played.locator("main").inner_text()
-    for words in ("How to cite", "Licence", "Q. C. Nguyen (2024)", NO_LICENCE):
+    for words in (
+        "How to cite",
+        "Licence",
+        "Q. C. Nguyen (2024), report, University at Buffalo, 17 December 2024",
+        NO_LICENCE,
+    ):
         assert words in text
     assert played.locator("h1").inner_text() == "nguyen2024, as_run, seed 3"
     played.get_by_text("parameters", exact=True).click()
