@@ -86,7 +86,8 @@ class Work:
             else f"{self.title}{version}{year}"
         )
         if self.authors and self.kind == "model":  # the note has authors and year
-            work, note = f"{self.note}: {self.title}", ""
+            work = f"{self.note}: {self.title}"
+            note = ""
         missing = ", ".join(self.not_stated)
         return f"{work}{note}." + (f" [not stated: {missing}]" if missing else "")
 

@@ -122,7 +122,14 @@ class Entry:
         return self.document.error(self.place, message)
 
     def lacks(self, key: str, message: str) -> SpecError:
-        """Return an error for a key that this mapping does not have."""
+        """Return an error for a missing key.
+
+        Parameters
+        ----------
+        key : str
+            Key that this mapping must have.
+        message : str
+        """
         return self.document.error((*self.place, key), message)
 
     def expected(self, allowed: str) -> SpecError:

@@ -1,4 +1,4 @@
-"""All mistakes of a spec in one error.
+"""All mistakes of a spec in a single error.
 
 A mistake in one key does not hide a mistake in a different key.
 """
@@ -60,9 +60,9 @@ class Mistakes:
         return None
 
     def check(self) -> None:
-        """Raise one SpecError with all noted mistakes, in the order of lines.
+        """Raise a SpecError with all noted mistakes, in the order of lines.
 
-        A key that is missing because it is misspelt is one mistake.
+        A misspelt key is not also a missing key.
         """
         if not self._noted:
             return
