@@ -204,8 +204,8 @@ class LoadedStudy(StoredStudy):
         metric : str, optional
             The order parameter, a recorded series; by default the first one.
         by : str, optional
-            The control parameter; by default the only number that varies next to `n`
-            and the parameters that change with `n`.
+            The control parameter; by default the only number that varies in addition
+            to `n` and the parameters that change with `n`.
         burn_in : int, optional
             Steps at the start of each trial that are left out; by default the first
             half of the trial.

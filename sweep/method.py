@@ -2,7 +2,7 @@
 
 A method is an analysis of the results of a study, such as the search for a level that a
 mean crosses. A built-in method is a folder in `sweep/methods`. The module `method` of
-this folder has the entry, METHOD. No further file names a method. A package offers a
+this folder has the entry, METHOD. No other file names a method. A package offers a
 method as an entry point of the group `boidsweep.methods`.
 
 Methods import many packages. So the registry finds methods by folder, and imports all

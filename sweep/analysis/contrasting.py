@@ -97,7 +97,7 @@ class Contrast:
     def variance_reduction(self) -> float:
         """Ratio of variances without and with pairing, var(unpaired)/var(paired).
 
-        Independent groups need this many times more trials for an equal error. For
+        Independent groups need this many times as many trials for an equal error. For
         equal variances the ratio is 1/(1 - correlation). The ratio is infinite if all
         differences are equal, below 1 for a negative correlation, and NaN if not paired
         or for fewer than 2 pairs.

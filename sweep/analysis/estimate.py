@@ -183,7 +183,7 @@ class MeanEstimate:
         Returns
         -------
         float
-            Student's for normal values; at least LEAST_P for all further distributions.
+            Student's for normal values; at least LEAST_P for all other distributions.
             Zero if the hypothesis is outside the support: with `above`, if `bound` is
             below the support, else if `bound` is above the support.
         """
@@ -211,7 +211,7 @@ class MeanEstimate:
         """Return the two-sided p-value for a true value of zero.
 
         The test is Student's for normal values and Welch's for two normal samples. For
-        all further distributions the confidence interval determines the p-value. NaN if
+        all other distributions the confidence interval determines the p-value. NaN if
         not testable.
         """
         if not self.testable:
@@ -219,7 +219,7 @@ class MeanEstimate:
         return min(1.0, 2.0 * self.tail(0.0, above=self.value > 0.0))
 
     def _bounds(self, tail: Floats, published: int | None = None) -> Bounds:
-        """Return the bounds, each missed with probability `tail`, in its shape."""
+        """Return the bounds in the shape of `tail`, the probability to miss each."""
         samples = [_as_arrays(sample) for sample in self.samples]
         if len(samples) == 1 and published is None:
             below, above = _arms(samples[0], self.distribution, tail)

@@ -363,7 +363,7 @@ def _fractions(total: float) -> Prediction:
 
 
 def _where(fits: Callable[[Samples], Mask], prediction: Prediction) -> Prediction:
-    """Return a prediction that is NORMAL for all pilots that do not fit."""
+    """Return `prediction` with NORMAL in its place for pilots that do not fit."""
 
     def spread(pilots: Pilots, n: Floats, chance: float, times: Times) -> Floats:
         fitting = prediction.spread(pilots, n, chance, times)

@@ -1,6 +1,6 @@
 """The hysteresis loop between the increasing and the decreasing branch of a parameter.
 
-The links of a chain are dependent, because each link begins with the last state of the
+The links of a chain are dependent, because each link begins with the final flock of the
 previous link. Chains are independent. Therefore means are over one number per chain.
 """
 

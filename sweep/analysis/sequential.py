@@ -9,7 +9,7 @@ therefore has at least the stated confidence, for any reason to stop.
 
 Each look uses the interval for the distribution of the values, at a common, higher
 confidence: the nominal confidence. The interval is Student's for normal values;
-intervals for all further distributions approach Student's with many trials. For
+intervals for all other distributions approach Student's with many trials. For
 independent normal values the sequence of t statistics depends neither on the mean nor
 on the variance. So a single simulation finds the nominal confidence.
 

@@ -53,7 +53,7 @@ APART = 1e3
 class Scaled(NamedTuple):
     """Points of the curves of S sizes, as an array of P points per quantity.
 
-    `lengths` are (S,): the linear length of each size. All further arrays are (P,):
+    `lengths` are (S,): the linear length of each size. All other arrays are (P,):
     `size` is the index of the size, `x` the control parameter, `order` the mean order
     parameter and `error` the standard error of `order`. Points of a size are
     consecutive, ascending in `x`.

@@ -16,7 +16,7 @@ from sweep.workers import ExecutorFactory
 def check_launches(studies: Sequence[Study], share: Share | None = None) -> None:
     """Raise one SpecError with all errors that `launch` would raise for studies.
 
-    Only errors before the first trial count.
+    The error covers only mistakes that are found before the first trial.
     """
     mistakes = Mistakes()
     for study in studies:

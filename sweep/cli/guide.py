@@ -98,7 +98,7 @@ def _print_hits(words: str, topics: dict[str, Topic]) -> None:
     """Print each paragraph that has the words, below the name of the topic."""
     if not words.strip():
         raise ChoiceError(
-            "--search needs a word, such as in sweep guide --search torus"
+            "--search needs a word, for example sweep guide --search torus"
         )
     topic = ""
     for hit in search(words, topics):

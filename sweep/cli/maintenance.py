@@ -344,7 +344,7 @@ def export(
         typer.Option(
             metavar="COLUMN[,COLUMN]",
             help=(
-                "Columns to export, next to trial, frame and boid; by default all"
+                "Columns to export, besides trial, frame and boid; by default all"
                 ' columns. "varied" = parameters that differ, "metrics" = all metrics.'
             ),
         ),

@@ -58,7 +58,7 @@ class Output:
 
 SPELLED = "boidsweep.spelled"
 IN_ASCII = {"±": "+-", "²": "^2"}
-"""Characters of numbers and units; all further characters are escaped."""
+"""Characters of numbers and units; all other characters are escaped."""
 
 
 def spelled(text: str, encoding: str) -> str:

@@ -56,7 +56,7 @@ class Links:
 def linked(study: Study, axis: Axis, points: Points) -> tuple[Points, Links]:
     """Return the points of all directions of a continued axis, and the links.
 
-    Points with equal values on all further axes are one chain per direction.
+    Points with equal values on all other axes are one chain per direction.
 
     Parameters
     ----------

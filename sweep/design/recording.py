@@ -35,7 +35,7 @@ class Recording(NamedTuple):
         return cls(study_code(study).metrics, recorded_content(study.record))
 
     def covers(self, other: "Recording") -> bool:
-        """Return whether all values of another recording are here, by equal code."""
+        """Return whether this recording has all values of `other`, by equal code."""
         mine = self.content
         theirs = other.content
         derived = mine.get("derive", {})

@@ -23,5 +23,6 @@ def check_spreads(study: Study, points: Points) -> None:
             raise study.document.error(
                 study.place_of(name) or ("model",),
                 f"{name} gives each robot a separate pair potential, but"
-                f" {', '.join(metrics)} need a common potential: use only one",
+                f" {', '.join(metrics)} need a common potential: remove the spread"
+                " or these metrics",
             )

@@ -109,13 +109,15 @@ def _more_replicates(study: Study, replicates: int) -> int:
     obstacle = ""
     if study.rule:
         under = study.rule.place[0]
-        obstacle = f'a rule decides the number; change max under "{under}"'
+        obstacle = (
+            f'a rule decides the number of replicates; change max under "{under}"'
+        )
     elif study.replicates is None:
         obstacle = "the spec lists seeds; add seeds to the list"
     elif replicates <= study.replicates:
         obstacle = (
-            f"the spec has {study.replicates:,}, and {replicates:,} is not a larger"
-            " number"
+            f"the spec has {study.replicates:,} replicates; give more,"
+            f" not {replicates:,}"
         )
     if obstacle:
         raise ChoiceError(f"replicates: {obstacle}", study.name)
@@ -287,7 +289,7 @@ class _Refined:
     def _values(self, name: str) -> list[float]:
         """Return the values of a parameter, ascending.
 
-        If there are points within the region of all further parameters, only these
+        If there are points within the region of all other parameters, only these
         points count.
         """
         columns = self.design.columns

@@ -1,6 +1,7 @@
 """The scorecard of a reproduction for the page.
 
-Each claim has a verdict, the figure that shows the claim, and the tested trials.
+Each claim has a verdict, the figure that shows the claim, and the trials that test
+the claim.
 """
 
 import base64

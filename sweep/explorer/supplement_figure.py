@@ -184,6 +184,6 @@ def shown(value: object) -> str:
 
 
 def named_row(row: "pd.Series[Any]", headings: Sequence[str]) -> str:
-    """Return the words that distinguish a row from all further rows."""
+    """Return the words that distinguish a row from all other rows."""
     parts = [f"{name.replace('_', ' ')} {shown(row[name])}" for name in headings]
     return ", ".join(parts) or "the only point"

@@ -1,7 +1,7 @@
 """The trials of some points, the notable trials first.
 
 Trials that are not done come first. Then come the worst, the median and the best by a
-metric, and then all further trials by that metric. For a metric without better values
+metric, and then all other trials by that metric. For a metric without better values
 the notable trials are the lowest, the median and the highest.
 """
 

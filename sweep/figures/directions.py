@@ -79,7 +79,7 @@ def better_values(study: Results, column: str) -> Better:
 
 
 def _more_is_better(study: Results, column: str) -> bool:
-    """Return True if high values are better, or neither high nor low values."""
+    """Return True if high values are better, or if no direction is better."""
     return better_values(study, column) != "low"
 
 

@@ -190,7 +190,7 @@ def check_name(file: str, kind: str, name: object) -> None:
     """
     if not (isinstance(name, str) and NAME.fullmatch(name)) or _is_word(name):
         raise CodeError(
-            f'{file}: a {kind} cannot be called "{name}"; allowed: small letters,'
+            f'{file}: a {kind} cannot be called "{name}"; allowed: lower-case letters,'
             " digits and _, with a letter first, but no word of expressions"
         )
     if kind == "metric" and (name.endswith(ENDINGS) or name in TAKEN):

@@ -94,9 +94,7 @@ def _replicate(line: str, row: list[str], column: int | None) -> int:
         return 0
     text = row[column].strip() if column < len(row) else ""
     if not (text.isascii() and text.isdigit()):
-        raise CodeError(
-            f'{line}: {REPLICATE} "{text[:80]}" is not an integer of at least 0'
-        )
+        raise CodeError(f'{line}: {REPLICATE} "{text[:80]}" is not an integer from 0')
     return int(text)
 
 

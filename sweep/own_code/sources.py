@@ -1,6 +1,6 @@
 """The text of the files of custom code.
 
-The files are named by a spec, or imported by a named file from a position next to it.
+The files are named by a spec, or are next to a named file, which imports them.
 The text is read once, before any code runs. Every worker and the store get the text. So
 all trials are computed by equal code, even if a file changes later.
 """

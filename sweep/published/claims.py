@@ -308,7 +308,7 @@ def _value(entry: Entry, measure: Measure | None, kind: Kind) -> Value:
 def _rounding(entry: Entry | None) -> float:
     number = entry.number() if entry else 0.0
     if entry and number < 0:
-        raise entry.expected("a number of at least 0")
+        raise entry.expected("a number from 0")
     return number
 
 

@@ -33,7 +33,8 @@ class Outlook(NamedTuple):
 def outlooks(full: Publication, quick: Publication, results: Path) -> list[Outlook]:
     """Return the outlooks of the tested claims with all planned trials.
 
-    Claims on the order of a transition are left out, because no width decides.
+    Claims on the order of a transition are left out, because no half-width
+    decides such a claim.
 
     Parameters
     ----------

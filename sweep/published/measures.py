@@ -76,7 +76,7 @@ class Call:
 class Transition:
     """The order of a transition, by a recorded series of flocks of several sizes.
 
-    `sweep scaling` reports an equal order for the points.
+    The order is the result of `sweep scaling` for the points.
     """
 
     spec: str

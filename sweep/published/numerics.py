@@ -2,7 +2,7 @@
 
 A variant has half the time step, another order of updates, or another seed. A verdict
 that depends on the seed is due to chance. The number of such verdicts is the baseline
-for further variants.
+for the other variants.
 """
 
 from collections.abc import Callable, Mapping

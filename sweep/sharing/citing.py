@@ -1,7 +1,7 @@
 """Works to cite with a study: the program, the work behind the model, and the study.
 
 CITATION.cff describes the program. The published.yaml of a publication describes a
-built-in model. The stated source describes any further model.
+built-in model. The stated source describes any other model.
 """
 
 import json

@@ -1,6 +1,6 @@
 """A stored study as files from which it can be resumed.
 
-The files are the spec, the code in the position that the spec expects, and earlier
+The files are the spec, the code in the folder that the spec expects, and earlier
 versions of the code in separate folders. No code runs.
 """
 

@@ -1,11 +1,11 @@
-"""Axes of ablation studies, which add components one after another.
+"""Axes of ablation studies: points with no, one, all but one or all components.
 
 The components come from a second preset, `detail: {ablate: as_written}`, or from the
 spec, `{ablate: {noise: {position_noise: 2, noise_time: 1}, ...}}`.
 
-The first row of the axis has no component, and each following row one component. With
-`leave_out: true` the next rows have all components except one. The last row has all
-components.
+The first row of the axis has no component. Then one row per component has only this
+component. With `leave_out: true` the next rows have all components except one. The last
+row has all components.
 
 With a preset, each parameter that differs is a component. `n`, `steps` and parameters
 with a value elsewhere in the spec do not change. The map, width and height form a

@@ -92,7 +92,7 @@ WHEN = Key(
 CONTINUE = Key(
     OneOf("way", ("up", "down", "both")),
     "trials along the axis are links of a chain, one chain per replicate. Each link"
-    " starts from the final state of the link before. Values ascend (up), descend"
+    " starts from the final flock of the previous link. Values ascend (up), descend"
     " (down), or ascend and then descend (both)",
     name="continue",
     otherwise="each trial starts from the initial condition",

@@ -29,7 +29,7 @@ LONGER = (
 )
 KEPT = (
     'a study with "continue" keeps "last_flocks", because each link starts from the'
-    " final state of the link before; remove the key"
+    " final flock of the previous link; remove the key"
 )
 COMMON = (
     "noise: common gives all links of a chain equal random numbers; with"

@@ -26,7 +26,7 @@ FORMATS = ("PNG", "PPM", "BMP", "JPEG")
 DECODERS = ("raw", "zip", "jpeg")
 """Decoders of Pillow that are allowed.
 
-All further decoders of the formats take seconds to minutes: plain PPM, PPM with a white
+All other decoders of the formats take seconds to minutes: plain PPM, PPM with a white
 value that is neither 255 nor 65535, and packed BMP.
 """
 SEAM = 1e-9

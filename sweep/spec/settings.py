@@ -54,7 +54,7 @@ TORUS = "torus"
 WRAPS_ONLY = "wraps positions only: boids do not perceive each other across the borders"
 """Note on the torus of a preset without `minimum_image`."""
 BROUGHT = {"width": "map", "height": "map", "minimum_image": "borders"}
-"""Parameters that follow from another parameter without a value in the spec."""
+"""Parameters that follow from another parameter if the spec gives no value."""
 
 
 class NotAllowedError(ValueError):
@@ -297,7 +297,7 @@ class Settings(dict[str, Setting]):
 
 
 def _spread(parameter: str) -> Setting:
-    """Return the spread of a parameter, with which robots differ."""
+    """Return the spread of a parameter, by which robots differ."""
     return Setting(
         f"{parameter}_spread",
         "float",

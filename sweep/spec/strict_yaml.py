@@ -149,7 +149,7 @@ def dump(mapping: Mapping[str, Any]) -> str:
     """Return the YAML text of a mapping of dicts, lists, strings and numbers.
 
     Numbers and arrays of numpy are also allowed. Raises TypeError, with the key, for
-    all further types.
+    all other types.
     """
     yaml: Any = YAML(typ="safe", pure=True)
     stream = StringIO()

@@ -22,7 +22,7 @@ LOG = logging.getLogger("sweep")
 HAS_NO_WAY = {errno.EINVAL, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP}
 """Errors of a file system that cannot flush folders.
 
-All further errors, such as EIO and ENOSPC, mean that a flush was tried and failed, so
+All other errors, such as EIO and ENOSPC, mean that a flush was tried and failed, so
 data may be lost already.
 """
 SAID = "BOIDSWEEP_FLUSHES_NO_FOLDERS"
@@ -58,7 +58,8 @@ def flush_names(descriptor: int) -> None:
             os.environ[SAID] = "1"
             LOG.warning(
                 "this file system cannot flush a folder to the disk (%s): a power cut"
-                " may lose the last stored part; after one, launch the study again",
+                " may lose the last stored part; after a power cut, launch the study"
+                " again",
                 error.strerror,
             )
 

@@ -1,7 +1,7 @@
 """Trials that resume from the last state of an otherwise equal trial with fewer steps.
 
 The id of the shorter trial is the id of the job with the steps of a stored last state.
-The id covers all further inputs of the trial, and the recorded data. The worker checks
+The id covers all other inputs of the trial, and the recorded data. The worker checks
 that the two trials begin in the same way (`sweep.workers.last_state`).
 """
 

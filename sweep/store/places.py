@@ -69,7 +69,7 @@ class StudyPlace(Protocol):
     def tidy(self, *, alone: bool) -> None:
         """Delete unfinished files of dead processes.
 
-        If `alone`, no further launch works on the study.
+        If `alone`, no other launch works on the study.
         """
 
     def content(self) -> dict[str, int]:

@@ -85,8 +85,8 @@ class Waste:
         lines = [
             f"study      {study.name}",
             (
-                f"stay       stored trials among the {study.plan.num_rows:,} trials of"
-                " the last launched spec"
+                f"stay       the stored trials of the last launched spec, which has"
+                f" {study.plan.num_rows:,} trials"
             ),
         ]
         for other, count in self.trials.most_common():

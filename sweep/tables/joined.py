@@ -29,7 +29,7 @@ class JoinedStudies(Results):
     """The trials of several studies, which share metrics.
 
     `metrics` are the metrics that all studies have recorded, with an equal unit,
-    distribution and range. `left_out` has the reason for each further metric. A
+    distribution and range. `left_out` has the reason for each other metric. A
     parameter that a study does not vary has the value of all trials of the study.
 
     Raises ChoiceError if a study is named twice or has no stored trial, if no metric is

@@ -97,7 +97,7 @@ def point_means(
     names = [str(Column(name, half)) for name in chosen]
     varied = list(dict.fromkeys([*study.headings, *study.varied]))
     settings = study.headings if by is None else as_names(by)
-    headings = _known("varied setting", settings, varied, study, refusals=refusals)
+    headings = _known("varied parameter", settings, varied, study, refusals=refusals)
     separate = [name for name in study.kept_apart if name in varied]
     headings = list(dict.fromkeys([*separate, *headings]))
     order = _order(study, as_names(sort), headings, names, refusals=refusals)

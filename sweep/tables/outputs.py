@@ -79,7 +79,7 @@ def sha256(path: Path) -> str:
 
 
 def write_checksum(path: Path) -> str:
-    """Write and return the sha256 of a file; `<path>.sha256` is for `sha256sum -c`."""
+    """Write `<path>.sha256`, for `sha256sum -c`, and return the sha256 of a file."""
     digest = sha256(path)
     with unfinished(path.with_name(path.name + ".sha256")) as file:
         file.write(f"{digest}  {path.name}\n".encode())

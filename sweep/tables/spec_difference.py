@@ -233,11 +233,11 @@ def _notes(before: SpecVersion, after: SpecVersion) -> Iterator[str]:
         changes = before.code.changes(after.code)
     if changes:
         listed = ", ".join(changes)
-        yield f"the code has changed ({listed}): trials by the new code are new trials"
+        yield f"the code has changed ({listed}): trials with this code run again"
     names = list(_names(before, after))
     if names:
         listed = ", ".join(names)
-        yield f"custom code has new names ({listed}): trials with new names are new"
+        yield f"custom code has new names ({listed}): trials with these names run again"
     if before.name != after.name:
         yield (
             f"the studies have different names: {after.name} has a separate folder and"

@@ -35,7 +35,7 @@ class StoredTrial(NamedTuple):
     row : dict
         The row of the trial in the table of trials.
     tables : dict of str to Columns
-        The columns of the trial in the further tables of the part, without last states.
+        The columns of the trial in the other tables of the part, without last states.
     provenance : dict
         The provenance of the part of the store.
     derive : dict of str to str
@@ -170,7 +170,7 @@ def _rows(part: Location, name: str, trial_ids: pa.Array) -> pa.Table:
 def _by_trial(table: pa.Table, trial_ids: pa.Array) -> list[pa.Table]:
     """Return the rows of each trial, in the order of `trial_ids`.
 
-    The table must have no further trials.
+    The table must have no other trials.
     """
     places = pc.index_in(table["trial_id"], value_set=trial_ids).to_numpy()
     if (np.diff(places) < 0).any():

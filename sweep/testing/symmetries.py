@@ -53,7 +53,7 @@ class Transform(NamedTuple):
     rows: tuple[tuple[int, int], ...]
 
     def of(self, state: State) -> State:
-        """Return the changed state; further arrays of boids only follow the order."""
+        """Return the changed state; other arrays of boids only follow the order."""
         arrays = {name: array.copy() for name, array in state.arrays.items()}
         for pairs, shift in ((PLACES, self.shift), (VECTORS, np.zeros((2, 1)))):
             for names in pairs:

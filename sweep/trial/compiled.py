@@ -5,7 +5,7 @@ path: next to `sweep` in a checkout, and inside `sweep` in a wheel.
 
 The cache of numba consists of pickles. A user with permission to write there, or to
 rename a parent folder, can run code as the owner. So the cache folder, its parents and
-all links must belong to the owner or to root. No further user may have permission to
+all links must belong to the owner or to root. No other user may have permission to
 write there. This is also a requirement of ssh for a home folder.
 
 There are three exceptions:
@@ -14,7 +14,7 @@ There are three exceptions:
   common with private groups.
 - A parent may also be sticky, such as /tmp: there only the owner of an entry can change
   it.
-- The owner of `/` counts as root, which may be another user in a container.
+- The owner of `/` counts as root. In a container this may be another user.
 
 If a requirement does not hold, or the folder is not writable, kernels are compiled into
 a temporary folder. Worker processes share the temporary folder, because the environment
@@ -60,7 +60,7 @@ class OurKernels:
     """
 
     def find_spec(self, name: str, *_: Any) -> ModuleSpec | None:
-        """Return the spec of `kernels`, None for any further module.
+        """Return the spec of `kernels`, None for any other module.
 
         Raises ImportError if the package is not in the built-in folder.
         """
@@ -127,7 +127,7 @@ def usual() -> Path:
 def make_private(folder: Path) -> None:
     """Create a folder if it does not exist, with permissions only for the user.
 
-    Raises CacheError if further users can write the folder, or could until now, or if
+    Raises CacheError if other users can write the folder, or could until now, or if
     the user cannot write it.
     """
     import tempfile
@@ -163,9 +163,9 @@ def _way(folder: Path) -> Iterator[Path]:
 
 
 def _check(place: Path, *, sticky: bool = False) -> None:
-    """Raise CacheError if further users can change a file or folder, or its content.
+    """Raise CacheError if other users can change a file or folder, or its content.
 
-    With `sticky`, further users may have their own entries in the folder.
+    With `sticky`, other users may have their own entries in the folder.
     """
     status = place.lstat()
     if status.st_uid not in (os.geteuid(), Path("/").stat().st_uid):
@@ -179,7 +179,7 @@ def _check(place: Path, *, sticky: bool = False) -> None:
 
 
 def _is_private(number: int) -> bool:
-    """Return whether a group has the user's name and no further members."""
+    """Return whether a group has the user's name and no other members."""
     import grp
     import pwd
 

@@ -2,7 +2,7 @@
 
 The sentence has the file, the line, the code there, the broken rule and the fix. The
 messages of numba are pages long and name files of numba. WITHIN and OPENINGS match
-numba's messages for common mistakes; every listed mistake was tried. For all further
+numba's messages for common mistakes; every listed mistake was tried. For all other
 mistakes the sentence comes from numba.
 """
 
@@ -73,7 +73,7 @@ def own_line(error: BaseException) -> str:
 def of_own_code(error: BaseException) -> str | None:
     """Return an error of custom code in one line: the line of the code, and the reason.
 
-    Returns None for any further error.
+    Returns None for any other error.
     """
     if sentence := explained(error):
         return sentence
@@ -83,7 +83,7 @@ def of_own_code(error: BaseException) -> str | None:
 
 
 def explained(error: BaseException) -> str | None:
-    """Return the sentence about an error of compiling; None for any further error."""
+    """Return the sentence about an error of compiling; None for any other error."""
     if not _is_of_the_compiler(error):
         return None
     place = _undefined(error) or _place(error)

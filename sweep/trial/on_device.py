@@ -3,7 +3,7 @@
 The results are bitwise identical to results of a processor.
 
 Trials of a batch share the model, number of boids, steps, record and world; drawn
-obstacles may differ. All further values, such as parameters of the model, may differ. A
+obstacles may differ. All other values, such as parameters of the model, may differ. A
 trial that cannot begin, or that a model handles wrongly, runs again on the processor,
 which reports the error. If the device fails, DeviceError is raised: this process cannot
 use the device any more, and the caller sends the trials to another process. So all

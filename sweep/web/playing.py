@@ -260,7 +260,7 @@ class Player:
         side = {"side": message.side}
         over = _progress(None, "", 1.0) | side
         if self.filing.locked():
-            busy = _error("another file is being made; wait for the end of this work")
+            busy = _error("another file is being made; try again later")
             outbox.put(over, busy | side)
             return
         async with self.filing:

@@ -239,7 +239,8 @@ class ViewState:
             raise SpecError(unknown("parameter", name, self._known_settings))
         if self.opened and not self.opened.study.has_design:
             raise SpecError(
-                f"{name}: this spec cannot sweep, because its method requests trials"
+                f"{name}: this spec takes no sweep, because it chooses trials during"
+                " the run"
             )
         if self._known_settings[name].kind not in ("float", "int"):
             raise SpecError(f"{name}: a range needs a parameter with numbers")

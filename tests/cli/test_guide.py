@@ -106,7 +106,7 @@ def test_a_search_prints_topic_heading_and_line(
     [
         (("polarisations", "torus"), 'has "polarisations torus"; did you mean "polar'),
         (("qqqqqqqq",), 'no paragraph of the guide has "qqqqqqqq"\n'),
-        ((), "--search needs a word, such as in sweep guide --search torus"),
+        ((), "--search needs a word, for example sweep guide --search torus"),
     ],
 )
 def test_a_search_that_finds_nothing_is_one_line(

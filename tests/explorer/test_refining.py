@@ -141,7 +141,7 @@ def test_a_condition_of_an_axis_stays() -> None:
         (GRID, Extension({"n": (10, 20)}, 101), "parts: 101 is not allowed"),
         (GRID, Extension({"nn": (1, 2)}), 'unknown varying parameter "nn"'),
         (GRID, Extension({"speed": (1, 2)}), "varying parameter"),
-        (GRID, Extension({}, 2, 3), "the spec has 3, and 3 is not a larger number"),
+        (GRID, Extension({}, 2, 3), "the spec has 3 replicates; give more, not 3"),
         ("  n: [10, 11]\n", Extension({"n": (10, 11)}), "no integer is between"),
         (
             "  borders: [torus, bounded]\n",

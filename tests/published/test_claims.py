@@ -251,7 +251,7 @@ MISTAKES = [
     (
         EXPECT,
         "{value: 1, rounding: -1, margin: 1, because: x}",
-        '"rounding" must be a number of at least 0, not -1',
+        '"rounding" must be a number from 0, not -1',
     ),
     (EXPECT, "{above: 1, trials: 3}", 'unknown key "trials"'),
     (EXPECT, "{within: [2, 1]}", "a list of two numbers, the smaller one first"),

@@ -149,7 +149,9 @@ def test_points_that_are_no_transition_fail_with_the_reason(tmp_path: Path) -> N
     folder = experiments(tmp_path, PUBLISHED, spec, DRAWN)
     (tiny,) = publications = read_all(folder, quick=False)
     outcome = reproduce(publications, tmp_path / "results", Serial(), ProgressBar)
-    wanted = "claim tiny/order: study tiny/small: varies several numbers next to n"
+    wanted = (
+        "claim tiny/order: study tiny/small: varies several numbers in addition to n"
+    )
     assert any(one.startswith(wanted) for one in outcome.failures), outcome.failures
     ([row], _) = judged(tiny, stored_studies(tiny, tmp_path / "results"))
     assert row.verdict.status == "not testable"

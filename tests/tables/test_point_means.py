@@ -214,7 +214,7 @@ def test_a_text_is_a_list_of_one_and_never_its_letters() -> None:
     assert len(one) == 2
     means = grid().means("speed", "borders")
     pd.testing.assert_frame_equal(means, grid().means(["speed"], ["borders"]))
-    with pytest.raises(ChoiceError, match='unknown varied setting "border"'):
+    with pytest.raises(ChoiceError, match='unknown varied parameter "border"'):
         point_means(grid(), by="border")
     with pytest.raises(ChoiceError, match='unknown series metric "sped"'):
         metric_curves(grid(), metrics="sped")

@@ -233,7 +233,7 @@ def test_own_code_with_other_names_is_said(
     made = compare(before, own_study(tmp_path, files), tmp_path)
     said = [note for note in made.notes if not note.startswith("the code has changed")]
     wanted = [
-        f"custom code has new names ({note}): trials with new names are new"
+        f"custom code has new names ({note}): trials with these names run again"
         for note in notes
     ]
     assert said == wanted

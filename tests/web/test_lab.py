@@ -130,7 +130,7 @@ def shown(opened: Open, *cells: str) -> Notebook:
 
 def begin(notebook: Notebook, step: int = 20) -> None:
     """Press Run and wait for a step."""
-    notebook.view.get_by_role("button", name="Run").click()
+    notebook.view.get_by_role("button", name="Run (Space)").click()
     notebook.until_step(step)
 
 
@@ -178,7 +178,7 @@ def test_a_live_run_is_steered_and_its_spec_gives_what_is_on_the_screen(
     notebook.until_words("count", "1 changed")
     begin(notebook, 30)
     view.get_by_role("button", name="Pause").click()
-    view.get_by_role("button", name="Run").wait_for()
+    view.get_by_role("button", name="Run (Space)").wait_for()
     told = json.loads(notebook.said(1))
     assert told["step"] == notebook.until_step(told["step"])
     assert told["exact"]
@@ -252,7 +252,7 @@ def test_it_follows_the_theme_of_jupyterlab(opened: Open) -> None:
     notebook = shown(opened)
     begin(notebook)
     notebook.view.get_by_role("button", name="Pause").click()
-    notebook.view.get_by_role("button", name="Run").wait_for()
+    notebook.view.get_by_role("button", name="Run (Space)").wait_for()
     until_in(notebook, LIGHT)
     for theme, colours in (("JupyterLab Dark", DARK), ("JupyterLab Light", LIGHT)):
         notebook.use_theme(theme)

@@ -32,7 +32,7 @@ def paired_effects(
     A trial is paired with the trial of equal seed, replicate and value of `by` in which
     no component is changed. With `leave_out` the trials with all components are also
     paired with the trials that lack a single component. This change is the effect of
-    the component when added to all further components.
+    the component when added to all other components.
 
     Parameters
     ----------

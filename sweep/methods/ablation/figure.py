@@ -103,9 +103,9 @@ def effects_figure(
         kind = "geometric mean" if factor else "mean"
         note(
             figure,
-            f"{study.name}: {span(table['n'])} pairs of trials with equal starts per"
-            f" row,\n{kind} with simultaneous 95 % confidence interval (Bonferroni,"
-            f" {len(table)} comparisons)",
+            f"{study.name}: {span(table['n'])} pairs of trials per row, with equal"
+            f" initial conditions,\n{kind} with simultaneous 95 % confidence interval"
+            f" (Bonferroni, {len(table)} comparisons)",
         )
     return figure
 

@@ -122,7 +122,7 @@ def settled_points(study: StoredStudy) -> str:
 def why_unfinished(study: StoredStudy) -> str:
     """Return the reason for further trials, in words; "" without further trials."""
     if has_rule(study) and (stopping(study)["why"] == NOT_YET).any():
-        return f"more trials of {study.name} follow by the rule"
+        return f"the rule requires more trials of {study.name}"
     return ""
 
 

@@ -95,7 +95,7 @@ class Comparison:
         - difference, b - a, with the bounds low and high of its simultaneous interval.
         - p: adjusted for all rows.
         - paired; n_a and n_b: numbers of values that count, equal for pairs.
-        - variance_reduction: factor by which independent trials would need more trials.
+        - variance_reduction: independent samples need this many times as many trials.
         - hedges_g, hedges_g_low and hedges_g_high: the interval is for its row alone.
         - p_equivalent, with a margin only: adjusted too.
         - verdict: of B, an entry of VERDICTS.

@@ -38,7 +38,7 @@ class Matching:
     same : int
         Number of pairs that are left out because the two points are identical trials.
     differ : mapping
-        Values of side A and of side B of all further columns in which points of a pair
+        Values of side A and of side B of all other columns in which points of a pair
         differ.
     """
 

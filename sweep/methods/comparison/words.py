@@ -46,9 +46,7 @@ DISTRIBUTIONS = (
 )
 VERDICT = "B against A"
 EFFECT = "g: Hedges' g, B - A in standard deviations of a trial"
-REDUCTION = (
-    "variance reduction: factor by which independent trials would need more trials"
-)
+REDUCTION = "variance reduction: independent trials would need this many times as many"
 
 
 def heading(comparison: Comparison) -> Iterable[str]:

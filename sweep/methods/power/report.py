@@ -42,7 +42,7 @@ def power_report(power: Power) -> Report:
     table = TextTable(
         columns=[
             *power.headings,
-            *("metric", "goal", "asked", "mean", "values\nof pilot", "half width\nnow"),
+            *("metric", "goal", "asked", "mean", "values\nof pilot", "half-width\nnow"),
             *("replicates", "range"),
         ],
         rows=[

@@ -432,8 +432,8 @@ def look(
 ) -> SeenPoints:
     """Look at P points.
 
-    A point with fewer than two values gets no more trials, which might also lack
-    values.
+    A point with fewer than two values gets no more trials, because further trials
+    might also lack values.
 
     Parameters
     ----------

@@ -64,7 +64,7 @@ class LevelOrSteepest(Number):
         return f"{super().words}, or {STEEPEST}"
 
     def read(self, entry: Entry) -> Any:
-        """Return the level or the word. SpecError for any further value."""
+        """Return the level or the word. SpecError for any other value."""
         if entry.value == STEEPEST:
             return STEEPEST
         if isinstance(entry.value, str):

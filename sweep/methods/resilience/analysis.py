@@ -65,7 +65,8 @@ def resilience_rows(
     if fail.all() or not fail.any():
         words = "no boid fails" if not fail.any() else "some boids fail"
         raise ChoiceError(
-            f"at all points {words}; compare with sweep: {{{SHARE}: [0, 0.2]}}",
+            f"at all points {words}; vary {SHARE}, for example"
+            f" sweep: {{{SHARE}: [0, 0.2]}}",
             study.name,
         )
     return _rows(study, trials[fail], trials[~fail], names, within=within)

@@ -61,8 +61,9 @@ def _cells(row: "pd.Series[Any]", settings: Sequence[str]) -> list[str]:
 def _notes(rows: pd.DataFrame, within: float) -> Iterator[str]:
     yield "kept: mean after the failure, divided by the mean of the trial without"
     yield (
-        f"recovered: fraction of pairs within {within:.0%} of the level without failure"
-        " at the end; time: from the failure to the lasting recovery"
+        f"recovered: fraction of pairs within {within:.0%} of the level of the trial"
+        " without failure at the end; time: from the failure to the lasting recovery,"
+        " mean over recovered pairs"
     )
     if lack := int(rows["lack"].max()):
         yield f"up to {so_many(lack, 'trial')} left out, without partner or value"

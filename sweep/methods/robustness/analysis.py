@@ -3,7 +3,7 @@
 Variants have a shorter time step, a different search for neighbours or a different
 order of updates. `sweep validity STUDY` prints the result.
 
-The conclusions are the signs of differences. Along each axis, with all further axes
+The conclusions are the signs of differences. Along each axis, with all other axes
 unchanged, each point is compared with the first point, in the study and in each
 variant. All differences are one family with simultaneous confidence intervals.
 """
@@ -208,7 +208,7 @@ def _axis_settings(study: StoredStudy) -> list[str]:
 def _matched(study: StoredStudy, variant: StoredStudy) -> dict[str, str]:
     """Return the ids of the variant's points by the ids of the study's points.
 
-    The two sets of points have equal orders. StoreError if the points do not match.
+    The two sets of points have an equal order. StoreError if the points do not match.
     """
     points = study.whole.points
     in_variant = variant.points

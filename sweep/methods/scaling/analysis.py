@@ -162,8 +162,8 @@ def finite_size_scaling(
     metric : str, optional
         The order parameter, a recorded series; by default the first series.
     by : str, optional
-        The control parameter; by default the only number that varies next to n and the
-        parameters that change with n.
+        The control parameter; by default the only number that varies in addition to n
+        and the parameters that change with n.
     burn_in : int, optional
         Steps that do not count; by default the first half of each trial.
     confidence : float, default 0.95
@@ -234,7 +234,7 @@ def _metric(study: StoredStudy, metric: str | None) -> str:
 
 
 def _control(study: StoredStudy, by: str | None) -> str:
-    """Return the control parameter, which must be the only varied number next to n."""
+    """Return the control parameter: the only varied number in addition to n."""
     points = study.points
     varied = [
         name
@@ -249,13 +249,14 @@ def _control(study: StoredStudy, by: str | None) -> str:
     ]
     if by is not None and by not in numbers:
         raise ChoiceError(
-            unknown("number that varies next to n", by, numbers), study.name
+            unknown("number that varies in addition to n", by, numbers), study.name
         )
     if not numbers:
-        raise ChoiceError("varies no number next to n", study.name)
+        raise ChoiceError("varies no number in addition to n", study.name)
     if by is None and len(numbers) > 1:
         raise ChoiceError(
-            f"varies several numbers next to n; choose from: {', '.join(numbers)}",
+            "varies several numbers in addition to n; choose from:"
+            f" {', '.join(numbers)}",
             study.name,
         )
     control = by or numbers[0]

@@ -38,7 +38,7 @@ def collapse_figure(
     metric : str, optional
         The order parameter, a recorded series; by default the first series.
     by : str, optional
-        The control parameter; by default the only number that varies next to n.
+        The control parameter; by default the only number that varies in addition to n.
 
     Returns
     -------
@@ -47,7 +47,7 @@ def collapse_figure(
     Raises
     ------
     ChoiceError
-        The study has no sizes; see `sweep.methods.scaling.finite_size_scaling`, or
+        The study has no sizes (see `sweep.methods.scaling.finite_size_scaling`), or
         the curves cannot be collapsed.
     """
     return draw_collapse(

@@ -49,7 +49,7 @@ def scaling_figure(
     metric : str, optional
         The order parameter, a recorded series; by default the first series.
     by : str, optional
-        The control parameter; by default the only number that varies next to n.
+        The control parameter; by default the only number that varies in addition to n.
 
     Returns
     -------

@@ -53,7 +53,7 @@ def scaling(
     metric : str, optional
         The order parameter, a recorded series; by default the first series.
     by : str, optional
-        The control parameter; by default the only number that varies next to n.
+        The control parameter; by default the only number that varies in addition to n.
     burn_in : int, optional
         Steps that do not count; by default the first half of each trial.
 

@@ -116,7 +116,10 @@ def _notes(scaling: Scaling) -> Iterator[str]:
         f" each trial discarded; {LENGTHS[scaling.length]}"
     )
     if scaling.left_out:
-        yield f"{so_many(scaling.left_out, 'trial')} left out: not done, or too few"
+        yield (
+            f"{so_many(scaling.left_out, 'trial')} left out: not done, without a value,"
+            " or of points with too few trials"
+        )
     yield from _states(scaling)
 
 

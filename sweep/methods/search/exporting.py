@@ -105,7 +105,7 @@ def check_export(url: str, name: str) -> None:
 
 def _check_free(storage: "RDBStorage", url: str, name: str) -> None:
     try:
-        storage.get_study_id_from_name(name)  # all further data stay unread
+        storage.get_study_id_from_name(name)  # all other data stay unread
     except KeyError:
         return
     raise OutputError(

@@ -161,8 +161,8 @@ def with_front(study: StoredStudy, kind: str) -> AskedTrials:
 def groups_of(table: pd.DataFrame) -> dict[str, NDArray[np.bool_]]:
     """Return groups of candidates as masks, by the names in a legend.
 
-    The groups are candidates with fewer blocks, with the most blocks, and not feasible
-    candidates.
+    The groups are feasible candidates with fewer blocks, feasible candidates with the
+    most blocks, and infeasible candidates.
     """
     most = table["blocks"].max()
     feasible = table["feasible"].to_numpy()

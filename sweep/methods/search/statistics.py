@@ -27,7 +27,7 @@ class StatisticKind:
         Description of the statistic.
     takes_share : bool, default False
         True if specs give a fraction, above 0 and below 1, such as `{quantile: 0.1}`.
-        Further statistics get NaN.
+        Other statistics get NaN.
     words : str, default ""
         Name in reports, if not the name in specs.
     averages : bool, default False

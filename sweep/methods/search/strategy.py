@@ -47,7 +47,7 @@ class SearchStrategy:
     """A strategy that requests the trials of a search.
 
     The strategy requests the rungs of a race in order, then the held-out trials of the
-    chosen candidates. The repetitions and random searches follow in an equal way.
+    chosen candidates. The repetitions and random searches follow in the same way.
     Raises SpecError for a study that is not a search, and for a search that is not
     possible.
     """

@@ -246,7 +246,7 @@ def rank_correlations(
     -------
     DataFrame
         Columns: setting; spearman, the correlation of ranks; partial, the correlation
-        given the ranks of the further parameters of the axis (Iman and Helton 1988,
+        given the ranks of the other parameters of the axis (Iman and Helton 1988,
         Risk Analysis 8, 71-90). spearman and partial have _low and _high. Correlations
         are NaN for a parameter whose values are strings, and also if a rank does not
         vary, or the other ranks determine the rank.

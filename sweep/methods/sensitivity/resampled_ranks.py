@@ -148,7 +148,7 @@ def _partial(matrix: Floats) -> Floats:
     (resamples, D + 1, D + 1). Only the part of the parameters is inverted, since the
     last column may depend linearly on the parameters. A direction in which the
     parameters do not vary gets as little variance as rounding leaves. So linearly
-    dependent parameters count as determined, and all further parameters keep their
+    dependent parameters count as determined, and all other parameters keep their
     values.
     """
     settings = matrix[:, :-1, :-1]

@@ -29,12 +29,12 @@ REPLICATE = ["seed", "replicate"]
 
 @dataclass(frozen=True, eq=False)
 class SampledAxis:
-    """One sample of the parameters of an axis, at one value of each further axis.
+    """One sample of the parameters of an axis, at one value of each other axis.
 
     Attributes
     ----------
     at : dict
-        Values of the parameters of the further axes.
+        Values of the parameters of the other axes.
     settings : DataFrame
         Values of the parameters of the axis, one row for each of the P points.
     means : array
@@ -180,7 +180,7 @@ def sampled_axis(
 
 
 def samples(study: StoredStudy, metric: str, axis: str) -> Iterator[SampledAxis]:
-    """Yield the samples of an axis, one for every combination of the further axes.
+    """Yield the samples of an axis, one for every combination of the other axes.
 
     Parameters
     ----------
