@@ -580,9 +580,9 @@ def test_a_boid_that_is_clicked_shows_whom_it_sees(opened: Open) -> None:
     )
     page.page.keyboard.press("]")
     page.until("boidsweep.view.stage.selection?.boid === 18")
-    assert page.page.get_by_label("index of the boid").input_value() == "18"
-    page.page.get_by_label("index of the boid").fill("40")
-    page.page.get_by_label("index of the boid").press("Enter")
+    assert page.page.get_by_label("index of the selected boid").input_value() == "18"
+    page.page.get_by_label("index of the selected boid").fill("40")
+    page.page.get_by_label("index of the selected boid").press("Enter")
     page.until("boidsweep.view.stage.selection?.boid === 40")
     page.page.get_by_label("Select no boid").click()
     page.until("boidsweep.view.stage.selection === null")
