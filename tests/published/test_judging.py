@@ -89,7 +89,8 @@ def test_neither_are_those_of_a_rule_that_asks_for_more(tmp_path: Path) -> None:
         launch(tiny.studies["small"], tmp_path / "results", Serial(), report=stop)
     found = first(tmp_path, tiny)
     assert found.verdict.status == "partial"
-    assert found.verdict.reason.startswith(
+    beginning = "the rule requires more trials of tiny/small"
+    assert found.verdict.reason.startswith(beginning)
         "the rule requires more trials of tiny/small"
     )
 
