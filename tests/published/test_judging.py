@@ -91,8 +91,6 @@ def test_neither_are_those_of_a_rule_that_asks_for_more(tmp_path: Path) -> None:
     assert found.verdict.status == "partial"
     beginning = "the rule requires more trials of tiny/small"
     assert found.verdict.reason.startswith(beginning)
-        "the rule requires more trials of tiny/small"
-    )
 
 
 @pytest.mark.parametrize(
