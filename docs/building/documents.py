@@ -30,11 +30,6 @@ NAMED = re.compile(
 TAKEN = re.compile(r"^<!-- from: (?P<file>[^,>]+?)(?:, (?P<chapter>[^>]+))? -->$", re.M)
 
 
-def slug(heading: str) -> str:
-    """What a heading is linked by, as on GitHub."""
-    return re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
-
-
 def read(path: str) -> str:
     """A document, by its path from the root of the repository."""
     return (ROOT / path).read_text(encoding="utf-8")

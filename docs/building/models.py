@@ -125,7 +125,13 @@ def _settings(name: str, model: Model, known: Catalogue) -> str:
         + "\n".join(
             f"## {GROUP_NAMES[group]}\n\n"
             + table(
-                ["parameter", "", "what it is", "allowed", *map(code, model.presets)],
+                [
+                    "parameter",
+                    "symbol",
+                    "meaning",
+                    "allowed",
+                    *map(code, model.presets),
+                ],
                 [_setting(one, presets) for one in settings if one.group == group],
             )
             for group in groups

@@ -182,7 +182,8 @@ class Entry:
                     raise self.child(key).error(f'key "{key}" was removed: {gone[key]}')
                 if key not in allowed:
                     error = self.child(key).error(unknown("key", key, allowed))
-                    if meant := closest(key, allowed):
+                    meant = closest(key, allowed)
+                    if meant and meant not in self.value:
                         error.meant = (*self.place, meant)
                     raise error
         for key in required:

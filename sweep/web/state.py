@@ -40,7 +40,7 @@ from sweep.spec import (
     usual_settings,
     written,
 )
-from sweep.text import unknown
+from sweep.text import closest, unknown
 from sweep.web.opened import Edits, OpenedSpec, opened
 
 COMMON = Streams(noise="common")
@@ -410,10 +410,9 @@ class ViewState:
         fixed = dict(self.fixed)
         for name, value in changes.items():
             if name not in known:
-                raise SpecError(
-                    f"{unknown('parameter', name, known)}: model {self.model} has no"
-                    " such parameter"
-                )
+                listed = f'; "sweep models {self.model}" lists the parameters'
+                more = "" if closest(name, known) else listed
+                raise SpecError(unknown("parameter", name, known) + more)
             try:
                 fixed[name] = known[name].coerce(value)
             except NotAllowedError as error:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 import typer.main
@@ -16,7 +17,8 @@ from tests.commands import sweep
 LONGEST = 60
 """Characters of a summary: one line in the list of commands."""
 FEWEST_EXAMPLES = 2
-COMMANDS: dict[str, Command] = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+GROUP_OF_ALL: Any = typer.main.get_command(app)
+COMMANDS: dict[str, Command] = GROUP_OF_ALL.commands
 
 
 @pytest.fixture(params=COMMANDS)

@@ -12,7 +12,7 @@ import typer.main
 
 from docs.building import documents
 from docs.building.api import MODULES
-from docs.building.documents import COPIES, Documents, chapters, read, slug
+from docs.building.documents import COPIES, Documents, chapters, read
 from docs.building.models import PICTURES
 from docs.building.site import pages
 from kernels.metrics import METRICS
@@ -20,6 +20,7 @@ from kernels.models import MODELS
 from kernels.starts import STARTS
 from kernels.worlds import MAPS
 from sweep.cli import app
+from sweep.cli.topics import slug
 from sweep.spec.settings import GROUPS
 
 LINK = re.compile(r"\]\((?![a-z]+:)(?P<page>[^)#\s]*)(?:#(?P<chapter>[^)\s]*))?\)")

@@ -369,8 +369,8 @@ def test_the_command_prints_the_paths_and_what_is_left_out(tmp_path: Path) -> No
     assert all(path.exists() for path in wanted)
     assert "kinds that do not suit the study; --why prints why\n" in done.stderr
     before = wanted[0].stat().st_ino
-    again = [*command, "--where", "separation_weight=1", "--why"]
-    again = CliRunner().invoke(app, again)
+    part = ["--where", "separation_weight=1", "--why"]
+    again = CliRunner().invoke(app, [*command, *part])
     assert (
         "not drawn: heatmap: needs two varied parameters; the study has" in again.stderr
     )

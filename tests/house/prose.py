@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from tests.house.sources import Checkout, Finding, Module
+from tests.house.sources import Checkout, Document, Finding, Module
 
 DOCUMENTS = (
     "README.md",
@@ -62,11 +62,9 @@ CODE = re.compile(r"``?[^`]*``?|\bNone\b(?! of)|\$\$.*?\$\$|\$[^$\n]*\$", re.DOT
 ITEM = re.compile(r"^\s*(?:[-*]|\d+\.) ", re.MULTILINE)
 END = re.compile(r"(?<=[.!?:])[\"')*]*\s+(?=[\"'(*`A-Z0-9])|\n\s*\n")
 WORD = re.compile(r"[A-Za-z][\w'-]*|\d[\d,.]*")
-
-
 NOT_SAID = re.compile(
     r"^ *[*\w, ]+ : [^\n]*$|^ *[A-Z]\w+$|^ *\w+ {2,}|^ *[A-Z][\w ]+\n *-{3,}$"
-    r"|^ *>>> .*?(?:\n\s*\n|\Z)|^.*\S {3,}\d[^\n]*$|;$|; ",
+    r"|^ *>>> .*?(?:\n\s*\n|\Z)|^[^\n]*\S {3,}\d[^\n]*$|;$|; ",
     re.MULTILINE | re.DOTALL,
 )
 """Of a docstring: names with types, types, names in a list, headings, examples, tables.
@@ -119,17 +117,15 @@ def measured(text: str) -> Measured:
 def documents_are_easy_to_read(checkout: Checkout) -> Iterator[Finding]:
     """Also for readers who learnt English as a second language."""
     for name in checkout.files(*DOCUMENTS):
-        document = checkout.document(name)
-        found = measured(document.text)
-        if found.words >= FEWEST_WORDS and found.pronouns > MOST_PRONOUNS:
-            what = f"{found.pronouns:.0f} pronouns per 1,000 words"
-            yield document.finding(0, f"{what}; at most {MOST_PRONOUNS}")
-        for sentence in found.long:
-            place = document.text.find(sentence.split()[0])
-            yield document.finding(place, f"a long sentence: {sentence}")
-        for word, instead in found.banned:
-            what = f'"{word}" is no term of the field: {instead}'
-            yield document.finding(document.text.find(word), what)
+        yield from _of_document(checkout.document(name))
+
+
+def _of_document(document: Document) -> Iterator[Finding]:
+    found = measured(document.text)
+    if what := _too_dense(found):
+        yield document.finding(0, what)
+    for word, what in _single(found):
+        yield document.finding(document.text.find(word), what)
 
 
 def docstrings(module: Module) -> dict[str, int]:
@@ -155,43 +151,47 @@ def messages(module: Module) -> dict[str, int]:
 def code_is_easy_to_read(checkout: Checkout) -> Iterator[Finding]:
     """Its docstrings, its help and its messages, as the documents are."""
     for module in checkout.modules.values():
-        yield from _found_in(module, "docstrings", docstrings(module))
-        if not module.name.startswith(IN_IDS):
-            yield from _found_in(module, "texts", messages(module))
+        yield from _of_module(module)
 
 
-def _found_in(module: Module, kind: str, texts: dict[str, int]) -> Iterator[Finding]:
-    all_words = measured("\n\n".join(texts))
-    if all_words.words >= FEWEST_WORDS and all_words.pronouns > MOST_PRONOUNS:
-        what = f"{all_words.pronouns:.0f} pronouns per 1,000 words of its {kind}"
-        yield module.finding(1, f"{what}; at most {MOST_PRONOUNS}")
-    for text, line in texts.items():
-        found = measured(text)
-        for sentence in found.long:
-            yield module.finding(line, f"a long sentence: {sentence}")
-        for word, instead in found.banned:
-            what = f'"{word}" is no term of the field: {instead}'
-            yield module.finding(line, what)
+def _of_module(module: Module) -> Iterator[Finding]:
+    kinds = {"docstrings": docstrings(module)}
+    if not module.name.startswith(IN_IDS):
+        kinds["texts"] = messages(module)
+    for kind, texts in kinds.items():
+        if what := _too_dense(measured("\n\n".join(texts)), f" of its {kind}"):
+            yield module.finding(1, what)
+        for text, line in texts.items():
+            for _, what in _single(measured(text)):
+                yield module.finding(line, what)
+
+
+def _too_dense(found: Measured, of: str = "") -> str:
+    if found.words < FEWEST_WORDS or found.pronouns <= MOST_PRONOUNS:
+        return ""
+    return f"{found.pronouns:.0f} pronouns per 1,000 words{of}; at most {MOST_PRONOUNS}"
+
+
+def _single(found: Measured) -> Iterator[tuple[str, str]]:
+    """The first word of each place, and what is wrong there."""
+    for sentence in found.long:
+        yield sentence.split()[0], f"a long sentence: {sentence}"
+    for word, instead in found.banned:
+        yield word, f'"{word}" is no term of the field: {instead}'
 
 
 def main() -> None:
     here = Checkout(Path())
     for name in sys.argv[1:]:
         if name.endswith(".py"):
-            module = here.module(name)
-            parts = {"docstrings": docstrings(module), "texts": messages(module)}
-            for kind, texts in parts.items():
-                found = measured("\n\n".join(texts))
-                print(f"{name}: {kind}: {found.words} words, {found.pronouns:.0f}")
-                for finding in _found_in(module, kind, texts):
-                    print(f"    {finding}")
-            continue
-        found = measured(Path(name).read_text(encoding="utf-8"))
+            found = measured("\n\n".join(docstrings(here.module(name))))
+            findings = _of_module(here.module(name))
+        else:
+            found = measured(here.document(name).text)
+            findings = _of_document(here.document(name))
         print(f"{name}: {found.words} words, {found.pronouns:.0f} pronouns per 1,000")
-        for sentence in found.long:
-            print(f"    long: {sentence}")
-        for word, instead in found.banned:
-            print(f'    "{word}": {instead}')
+        for finding in findings:
+            print(f"    {finding}")
 
 
 RULES = (documents_are_easy_to_read, code_is_easy_to_read)

@@ -65,6 +65,11 @@ BROKEN: list[tuple[Rule, dict[str, str], str]] = [
     ),
     (
         prose.code_is_easy_to_read,
+        {"sweep/a.py": f'"""A.\n\nB\n---\nc : int\n    {LONG}.\n\n    d   1\n"""'},
+        f"sweep/a.py:1: a long sentence: {LONG}.",
+    ),
+    (
+        prose.code_is_easy_to_read,
         {"kernels/a.py": f'A = 1\n"""Number {LONG}."""'},
         f"kernels/a.py:2: a long sentence: Number {LONG}.",
     ),

@@ -87,6 +87,11 @@ def test_a_misspelt_key_is_one_mistake() -> None:
     ]
 
 
+def test_a_misspelt_key_hides_no_mistake_of_the_key_that_it_resembles() -> None:
+    found = mistakes("study: a\nmodel: nguyen2024\nreplicates: no\nreplicats: 2\n")
+    assert [line.split(" ")[0] for line in found] == ["3:", "4:"]
+
+
 def test_a_search_says_all_that_is_wrong_with_it() -> None:
     assert [
         line.partition(";")[0]
