@@ -19,11 +19,11 @@ from sweep.own_code.reading import named_model, study_of
 from sweep.published.publications import Publication, read_all
 from sweep.replays import write_picture
 from sweep.spec import Study
-from sweep.spec.settings import GROUPS, Setting, settings_of
+from sweep.spec.settings import GROUPS, Setting, settings_of, usual_preset
 
 PICTURES = "_models"
-MOST_STEPS = 400
-"""Of the trial that a picture shows."""
+MOST_STEPS = 150
+"""Of the trial that a picture shows: most boids of unbounded models are still in it."""
 DIFFERENCES = "Differences from the publication"
 """Chapter of a study page that the page of its model takes in."""
 GROUP_NAMES = {"parameters": "Parameters of the model"} | {
@@ -55,8 +55,8 @@ def _unreported(_done: int, _steps: int) -> None:
 
 
 def _shown(name: str, model: Model) -> Study:
-    """The study whose only trial a picture shows, with the first preset."""
-    preset = next(iter(model.presets))
+    """The study whose only trial a picture shows, with the default preset."""
+    preset = usual_preset(model)
     steps = min(MOST_STEPS, model.preset_values(preset)["steps"])
     return study_of(
         f"study: {name}\nmodel: {name}\npreset: {preset}\nfixed: {{steps: {steps}}}\n"
