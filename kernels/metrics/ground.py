@@ -144,8 +144,9 @@ class Metric(NamedTuple):
     @property
     def parameters(self) -> tuple[str, ...]:
         """Parameters of the observation that affect the values."""
+        of_range = (self.within,) if self.within else ()
         of_coverage = ("pixel", "footprint", "footprint_radius") if self.covers else ()
-        return (*filter(None, (self.within,)), *self.reads, *of_coverage)
+        return (*of_range, *self.reads, *of_coverage)
 
     @property
     def looks(self) -> bool:
