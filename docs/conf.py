@@ -1,5 +1,7 @@
 """Settings of Sphinx. `docs/building/site.py` makes the sources and calls it."""
 
+from pathlib import Path
+
 import sweep
 
 project = "boidsweep"
@@ -21,5 +23,6 @@ html_theme = "furo"
 html_static_path = ["static"]
 html_css_files = ["site.css"]
 html_title = f"boidsweep {sweep.__version__}"
+html_search_scorer = str(Path(__file__).with_name("scorer.js"))
 html_copy_source = False
 html_show_sphinx = False

@@ -27,6 +27,8 @@ NAMED = re.compile(
     r"^<!-- file: (?P<name>[^>]*) -->\n^(?P<fence>```+)(?P<language>\w+)$",
     re.MULTILINE,
 )
+ALSO = re.compile(r"^Also called: (?P<terms>[^.]*)\.$", re.MULTILINE)
+"""The last paragraph of a page: the words by which readers search for the page."""
 TAKEN = re.compile(r"^<!-- from: (?P<file>[^,>]+?)(?:, (?P<chapter>[^>]+))? -->$", re.M)
 
 
@@ -74,6 +76,13 @@ def _page_in_docs(path: Path) -> str:
     return name.removesuffix("README") + "index" if name.endswith("README") else name
 
 
+def _indexed(also: re.Match[str]) -> str:
+    """Return the paragraph of other names, with main entries of the index."""
+    terms = " ".join(also["terms"].split()).split(", ")
+    entries = ", ".join(f"!{term}" for term in terms)
+    return f"```{{index}} {entries}\n```\n\n{also[0]}"
+
+
 @dataclass
 class Documents:
     """Documents as pages; `copies` are the files of the repository that they lead to,
@@ -93,7 +102,8 @@ class Documents:
 
     def adapted(self, text: str, path: str, page: str) -> str:
         """The text of the document `path` for its page: chapters of others are taken
-        in, links lead within the site, and blocks that are files bear their names.
+        in, links lead within the site, blocks that are files bear their names, and the
+        search of the site knows the page by its other names.
         """
         parts = FENCED.split(text)
         parts[::2] = [
@@ -101,7 +111,8 @@ class Documents:
             for part in parts[::2]
         ]
         caption = r"\g<fence>{code-block} \g<language>\n:caption: \g<name>"
-        return self.with_chapters(NAMED.sub(caption, "".join(parts)), page)
+        text = ALSO.sub(_indexed, NAMED.sub(caption, "".join(parts)))
+        return self.with_chapters(text, page)
 
     def with_chapters(self, text: str, page: str) -> str:
         """The text of a page, with the chapters of documents that it takes in."""

@@ -344,8 +344,9 @@ def export(
         typer.Option(
             metavar="COLUMN[,COLUMN]",
             help=(
-                "Columns to export, besides trial, frame and boid; by default all"
-                ' columns. "varied" = parameters that differ, "metrics" = all metrics.'
+                "Columns to export, in addition to trial, frame and boid; by default"
+                ' all columns. "varied" = parameters that differ, "metrics" = all'
+                " metrics."
             ),
         ),
     ] = None,

@@ -374,7 +374,7 @@ def unloaded(code: OwnCode, text: str) -> OwnCatalogue:
     """Return the catalogue of stored code, which does not run.
 
     The entries are read from a stored description, `text`, in JSON. All functions
-    of entries raise CodeError. Raises ValueError if the text describes no entries.
+    of entries raise CodeError. Raises ValueError if the description is not valid.
     """
     own = described(text)
     for kind, entries in own._asdict().items():
@@ -388,5 +388,5 @@ def unloaded(code: OwnCode, text: str) -> OwnCatalogue:
         for name in own.models:
             _check_model("it", name, catalogue)
     except (CodeError, TypeError, KeyError, AttributeError) as error:
-        raise ValueError(f"the text describes no entries: {error}") from None
+        raise ValueError(f"the description is not valid: {error}") from None
     return catalogue

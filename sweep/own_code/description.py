@@ -77,7 +77,7 @@ def described(text: str) -> Offered:
             samplers={},  # points are stored
         )
     except (TypeError, KeyError, AttributeError, RecursionError) as error:
-        raise ValueError(f"the text describes no entries: {error}") from None
+        raise ValueError(f"the description is not valid: {error}") from None
 
 
 def _asleep(*_: object) -> NoReturn:

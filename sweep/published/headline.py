@@ -25,7 +25,7 @@ BLOCK = re.compile(f"{re.escape(FIRST)}\n.*?{re.escape(LAST)}", re.DOTALL)
 NAMES: Mapping[Group, str] = {
     "statement": "statements",
     "exact": "exact results",
-    "hypothesis": "hypotheses of ours",
+    "hypothesis": "our own hypotheses",
     "fit": "fits",
 }
 MOST_BYTES = 10_000_000
@@ -65,7 +65,7 @@ def known_verdicts(
         If the scorecard is damaged.
     """
     present: Verdicts = {
-        row["document"]: {str(status): int(row[status]) for status in ORDER}
+        row["publication"]: {str(status): int(row[status]) for status in ORDER}
         for row in rows(block)
         if row.keys() >= {*ORDER}
     }
@@ -124,7 +124,12 @@ def headline(publications: Sequence[Publication], verdicts: Verdicts) -> str:
     """
     shown = [status for status in ORDER[::-1] if verdicts]
     apart = GROUPS[1:]
-    names = ["document", NAMES["statement"], *shown, *(NAMES[group] for group in apart)]
+    names = [
+        "publication",
+        NAMES["statement"],
+        *shown,
+        *(NAMES[group] for group in apart),
+    ]
     lines = [f"| {' | '.join(names)} |", f"|---|{'---:|' * (len(names) - 1)}"]
     for publication in publications:
         counts = counted(publication)

@@ -66,7 +66,7 @@ HEADINGS = (
     "published",
     "our estimate, 95 % interval",
     "trials",
-    "noticeable",
+    "detectable difference",
     "verdict",
     "variants with another verdict",
     "see",
@@ -314,9 +314,9 @@ def rule() -> list[str]:
             " shown only."
         ),
         (
-            "Noticeable is the half-width of the simultaneous interval. A row is weak"
-            " if the half-width is more than the margin, because these trials cannot"
-            " confirm the claim. The row reports the number of trials that could, for"
+            "The detectable difference is the half-width of the simultaneous interval."
+            " A row is weak if the half-width is more than the margin, because these trials"
+            " cannot confirm the claim. The row reports the number of trials that could, for"
             " an unchanged spread and a mean as expected. A confirmed row is also weak"
             " if no mutant, a wrong version of the study, changes the verdict. Variants"
             " are tried with few trials: a verdict that changes with the seed changes"
@@ -346,7 +346,7 @@ def variants_text(section: Section, kind: Kind) -> str:
     """Return in words the number of verdicts that the variants turn."""
     effects = section.tried(kind)
     if effects is None:
-        return f"no {kind} were tried with the present claims, specs and kernels"
+        return f"no {kind} were tried with the present claims, specs and code"
     return effects.summary(kind)
 
 

@@ -54,7 +54,7 @@ def _lines(page: Page) -> Iterator[str]:
         if counts:
             yield f"\n## {heading}\n"
             names = " | ".join(f"{MARKS[status]} {status}" for status in ORDER)
-            yield f"| document | {names} |"
+            yield f"| publication | {names} |"
             yield f"|---|{'---:|' * len(ORDER)}"
         for name, statuses in counts.items():
             cells = " | ".join(str(statuses[status]) for status in ORDER)

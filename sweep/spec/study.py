@@ -422,7 +422,7 @@ class Study:
         Order,
         Key(
             ORDER,
-            "trials that run first: the longest trials, or a coarse picture of all"
+            "trials that run first: the longest trials, or a coarse overview of all"
             " points, which then becomes finer",
             example="coarse",
         ),

@@ -211,7 +211,7 @@ def _other_code(then: Mapping[str, Any], now: Mapping[str, Any]) -> str:
     after = stamps(now)
     if before and after and then["kernels_sha"] == now["kernels_sha"]:
         return f"other code: {', '.join(before.changes(after))}"
-    return f"other kernels, {then['kernels_sha'][:16]}"
+    return f"other code, {then['kernels_sha'][:16]}"
 
 
 def clean(study: StoredStudy, waste: Waste) -> int:

@@ -34,7 +34,9 @@ def check_promises(study: Study) -> None:
     try:
         check_once(code, lambda: _try(subject.variant(presets=presets)))
     except AssertionError as error:
-        message = f"no trial runs, because the model breaks a promise: {error}"
+        message = (
+            f"no trial runs, because the model does not meet a requirement: {error}"
+        )
         raise study.document.error(("model",), message) from None
     except Exception:
         return

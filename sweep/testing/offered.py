@@ -192,7 +192,9 @@ def _wrong_obstacles(sample: Given) -> str | None:
     boxes = boxes_of(obstacles(sample.job), width, height)
     x, y, wide, high, disc = boxes.T
     if ((wide < 0) | (high < 0)).any():
-        return "an obstacle has a negative half width or height; allowed: at least 0"
+        return (
+            "an obstacle has a negative half-width or half-height; allowed: at least 0"
+        )
     if not np.isin(disc, (0.0, 1.0)).all():
         return "the last column is neither 0 nor 1; use 1 for a disc, 0 for a rectangle"
     beyond = (x + wide < 0) | (x - wide > width) | (y + high < 0) | (y - high > height)

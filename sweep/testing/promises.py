@@ -40,7 +40,9 @@ class Promise:
 
 
 ALL: dict[str, Promise] = {
-    "settings": Promise(settings, "every parameter has a text, a unit and a range"),
+    "settings": Promise(
+        settings, "every parameter has a description, a unit and a range"
+    ),
     "presets": Promise(presets, "every preset is complete and allowed"),
     "allocation": Promise(allocation, "a step is compiled, and allocates nothing"),
     "calls": Promise(calls, "a step keeps previous velocities and updates the grid"),
@@ -57,7 +59,7 @@ ALL: dict[str, Promise] = {
 """Promises of models by name, in the best order to fix them."""
 PROMISES = tuple(ALL)
 """Names of all promises of models."""
-DESCRIBED = Promise(offered.described, "a text and a source are given")
+DESCRIBED = Promise(offered.described, "a description and a source are given")
 REPEATS = Promise(
     offered.repeats, "identical values in a second draw and in another process"
 )

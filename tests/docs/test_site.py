@@ -3,11 +3,12 @@
 import re
 from html.parser import HTMLParser
 from pathlib import Path
-from urllib.parse import unquote, urlsplit
+from urllib.parse import quote, unquote, urlsplit
 
 import pytest
 
 from docs.building.site import build
+from tests.web.chromium import running_browser
 
 LOADED = {"script": "src", "img": "src", "iframe": "src", "source": "src"}
 """What a browser loads, and the attribute that says from where; besides links that
@@ -15,6 +16,85 @@ lead to a file for the page."""
 NOT_LOADED = {"next", "prev", "search", "index", "canonical"}
 FOREIGN = re.compile(r"(?:[a-z]+:)?//")
 IN_STYLE = re.compile(r"""(?:url\(|@import)\s*["']?([^"')\s]+)""")
+
+SEARCHED = {
+    "citing": ["cite", "FAIR", "license", "BibTeX"],
+    "coming-from": ["Mesa", "NetLogo"],
+    "comparison": ["ARGoS", "alternatives"],
+    "explanations/exactness": ["deterministic", "identical results", "bitwise"],
+    "explanations/intervals": ["uncertainty", "standard error"],
+    "explanations/seeds": ["random seed", "common random numbers"],
+    "faq": ["FAQ"],
+    "glossary": ["glossary", "shard", "blind angle", "malicious", "packet loss"],
+    "guide/ablation-studies": ["ablation", "imperfection", "reality gap"],
+    "guide/actuation-and-failures": ["actuation", "actuator", "failure", "fault"],
+    "guide/analysing": ["confidence interval", "quantiles", "pandas"],
+    "guide/boundaries-of-the-world": ["periodic boundary", "reflecting", "torus"],
+    "guide/clusters": ["HPC", "MPI", "dask", "cloud"],
+    "guide/comparisons": ["multiple comparisons", "effect size", "family-wise"],
+    "guide/compile-ahead": ["container", "docker"],
+    "guide/custom-maps": ["domain", "arena"],
+    "guide/custom-models": ["custom model", "custom metric"],
+    "guide/designs-and-sampling": ["grid search", "Latin hypercube", "Sobol"],
+    "guide/explore-results": ["web interface", "dashboard"],
+    "guide/figures": ["figure", "Pareto", "visualise", "visualize"],
+    "guide/finite-size-scaling": ["finite-size scaling", "critical exponents"],
+    "guide/heterogeneous-robots": ["heterogeneous", "heterogeneity"],
+    "guide/hysteresis": ["hysteresis"],
+    "guide/in-scripts": ["JSON", "exit codes"],
+    "guide/initial-conditions": ["initial condition", "initial state"],
+    "guide/interaction-neighbourhoods": ["neighbourhood", "field of view"],
+    "guide/interruptions": ["resume", "continue", "kill", "checkpoint"],
+    "guide/notebooks": ["Jupyter", "notebook"],
+    "guide/numerical-robustness": ["time step", "convergence"],
+    "guide/obstacles": ["obstacles"],
+    "guide/on-a-gpu": ["GPU", "CUDA"],
+    "guide/phase-boundaries": ["phase transition"],
+    "guide/power": ["statistical power", "power analysis", "sample size"],
+    "guide/recording-and-derived-metrics": [
+        *("histogram", "NaN", "time series", "order parameter")
+    ],
+    "guide/replicates-and-precision": [
+        *("stop after enough replicates", "early stopping", "half-width")
+    ],
+    "guide/reproducing-publications": ["reproducibility"],
+    "guide/results-storage": ["S3", "parquet"],
+    "guide/searching": [
+        *("optimise", "optimize", "optimisation", "hyperparameter", "optuna"),
+        *("genetic algorithm", "multi-objective"),
+    ],
+    "guide/see-the-swarm": ["simulator", "animation", "video", "simulation"],
+    "guide/sensing-and-communication": [
+        *("sensor noise", "latency", "communication", "delay")
+    ],
+    "guide/sensitivity": ["sensitivity analysis"],
+    "guide/vectorised-trials": ["SIMD", "vectorised"],
+    "guide/verify-export-cite": ["CSV", "export", "ODD"],
+    "guide/waypoints": ["waypoints"],
+    "guide/when-trials-fail": ["crash", "timeout"],
+    "guide/wind-and-gusts": ["wind"],
+    "install": ["install", "upgrade", "uninstall", "conda"],
+    "limits": ["3D", "UAV"],
+    "own-models": ["species", "callback"],
+    "reference/metrics": ["polarization", "dispersion", "turn rate"],
+    "speed": ["speed", "benchmark"],
+    "start": ["trial", "run", "getting started"],
+    "status": ["roadmap"],
+    "studies/robots": ["drone"],
+    "systems": ["Windows"],
+    "troubleshooting": ["troubleshooting", "error messages", "memory"],
+    "trust": ["security", "untrusted", "sandbox"],
+    "tutorials/cluster": ["Slurm"],
+    "tutorials/index": ["tutorial"],
+}
+"""The words that researchers search for, by the page that each word should find."""
+RESULTS = "#search-results ul.search li > a"
+HREFS = "all => all.map(link => link.href)"
+FINISHED = """() => /finished|not match/.test(
+    document.querySelector("#search-results .search-summary")?.textContent
+)"""
+FIRST = 6
+"""Results that a reader sees without scrolling."""
 
 
 class Page(HTMLParser):
@@ -85,3 +165,26 @@ def test_the_gallery_shows_figures_with_commands_and_verdicts(site: Path) -> Non
         assert f"_images/{study}-" in page
         assert f"sweep reproduce --only {study}" in text
     assert re.search(r"\d+ (?:confirmed|undecided|refuted)", text)
+
+
+@pytest.mark.slow
+def test_the_search_finds_the_words_of_researchers_on_the_right_pages(
+    site: Path,
+) -> None:
+    wrong = []
+    with running_browser() as browser:
+        page = browser.new_page()
+        for name, words in SEARCHED.items():
+            for word in words:
+                page.goto(f"{(site / 'search.html').as_uri()}?q={quote(word)}")
+                page.wait_for_function(FINISHED)
+                links = page.eval_on_selector_all(
+                    RESULTS, "all => all.map(a => a.href)"
+                )
+                found = dict.fromkeys(
+                    Path(urlsplit(link).path).relative_to(site).with_suffix("")
+                    for link in links
+                )
+                if Path(name) not in list(found)[:FIRST]:
+                    wrong.append(f"{word}: {', '.join(map(str, list(found)[:FIRST]))}")
+    assert wrong == []

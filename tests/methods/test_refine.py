@@ -106,7 +106,7 @@ def test_what_trials_cannot_tell_of_a_slope_is_said(
     assert found.crossings["direction"].tolist() == ["unknown"]
     assert found.crossings["resolved"].tolist() == [False]
     assert {*found.cells["why"]} == {
-        "the mean changes most in several places, or changes too little to tell"
+        "the mean changes most at several values, or changes too little to tell"
     }
 
 

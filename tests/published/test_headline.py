@@ -79,7 +79,7 @@ def test_statements_are_counted_once(tmp_path: Path) -> None:
     (one,) = tiny(tmp_path, OTHERS)
     assert counted(one) == {"statement": 1, "exact": 0, "hypothesis": 1, "fit": 0}
     assert headline([one], {}).splitlines()[1:-1] == [
-        "| document | statements | exact results | hypotheses of ours | fits |",
+        "| publication | statements | exact results | our own hypotheses | fits |",
         "|---|---:|---:|---:|---:|",
         "| tiny | 1 | 0 | 1 | 0 |",
     ]

@@ -308,7 +308,7 @@ def test_other_kernels_run_every_trial_and_leave_the_old_ones_apart(here: Path) 
 
 def test_trials_of_other_kernels_stay_until_room_is_given_back(here: Path) -> None:
     launched(here, "room")
-    rows = f"8 trials that were computed by other kernels, {THEN[:16]}"
+    rows = f"8 trials that were computed by other code, {THEN[:16]}"
     assert rows in said(here, "gc", "room", "--dry-run")
     assert loaded(here, "room").apart() == 8
     said(here, "gc", "room", "--yes")

@@ -62,7 +62,7 @@ def counting(
 @pytest.fixture(scope="module")
 def dirty(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Results with a part of which some trials have left, one of which all have, one of
-    other kernels, and reruns.
+    other code, and reruns.
     """
     results = tmp_path_factory.mktemp("dirty")
     relaunch(SPEC, results)
@@ -108,14 +108,12 @@ def same(one: list[pa.Table], other: list[pa.Table]) -> bool:
 
 def test_it_says_exactly_what_would_go(study: StoredStudy) -> None:
     waste = find_waste(study)
-    assert waste.trials == {"": 6, f"other kernels, {'f' * 16}": 6}
+    assert waste.trials == {"": 6, f"other code, {'f' * 16}": 6}
     assert waste.repeated == 1
     assert not waste.exact
     text = waste.as_text(study)
     assert "go         6 trials that have left the spec: about" in text
-    assert (
-        f"go         6 trials that were computed by other kernels, {'f' * 16}" in text
-    )
+    assert f"go         6 trials that were computed by other code, {'f' * 16}" in text
     assert "go         1 repeated rows, of trials that were run again since" in text
 
 

@@ -198,7 +198,9 @@ def test_a_launch_of_a_model_that_breaks_a_promise_ends_before_any_work(
     assert VORTEX.count(edit[0]) == 1
     (tmp_path / "vortex.py").write_text(VORTEX.replace(*edit))
     (tmp_path / "own.yaml").write_text(OWN)
-    sentence = "^own.yaml:3: no trial runs, because the model breaks a promise: "
+    sentence = (
+        "^own.yaml:3: no trial runs, because the model does not meet a requirement: "
+    )
     for _ in range(2):
         with pytest.raises(SpecError, match=sentence + said):
             launch(load_spec(tmp_path / "own.yaml"), tmp_path, Serial())

@@ -36,7 +36,7 @@ FEW = "points have fewer than two values"
 MORE = "trials are missing"
 NOISE = "max trials do not tell on which side the points are"
 NO_POINTS = "launch the study again; if it stays so, require leaves points out"
-SEVERAL = "the mean changes most in several places, or changes too little to tell"
+SEVERAL = "the mean changes most at several values, or changes too little to tell"
 SLOPES = "max trials do not tell where the slope grows and falls"
 
 

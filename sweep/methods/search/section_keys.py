@@ -55,7 +55,10 @@ class HeldOut:
 
     candidates: Annotated[
         int,
-        Key(SEARCHED, "number of best candidates to judge, besides the references"),
+        Key(
+            SEARCHED,
+            "number of best candidates to judge, in addition to the references",
+        ),
     ] = 5
     replicates: Annotated[
         int, Key(SEARCHED, "trials per judged candidate and scenario")
