@@ -315,13 +315,13 @@ def rule() -> list[str]:
         ),
         (
             "The detectable difference is the half-width of the simultaneous interval."
-            " A row is weak if the half-width is more than the margin, because these trials"
-            " cannot confirm the claim. The row reports the number of trials that could, for"
-            " an unchanged spread and a mean as expected. A confirmed row is also weak"
-            " if no mutant, a wrong version of the study, changes the verdict. Variants"
-            " are tried with few trials: a verdict that changes with the seed changes"
-            " by chance. Incomplete trials, and trials without a value of the measure,"
-            " are left out and counted."
+            " A row is weak if the half-width is more than the margin, because these"
+            " trials cannot confirm the claim. The row reports the number of trials"
+            " that could, for an unchanged spread and a mean as expected. A confirmed"
+            " row is also weak if no mutant, a wrong version of the study, changes"
+            " the verdict. Variants are tried with few trials: a verdict that changes"
+            " with the seed changes by chance. Incomplete trials, and trials without a"
+            " value of the measure, are left out and counted."
         ),
     ]
 
