@@ -21,7 +21,7 @@ from kernels.settings import COMMON, UPDATE, About
 from sweep.design import Design
 from sweep.errors import ChoiceError, CodeError
 from sweep.published import bibliography_of
-from sweep.sharing.citing import program
+from sweep.sharing.citing import behind, program
 from sweep.spec import (
     Document,
     Setting,
@@ -38,6 +38,14 @@ from sweep.text import description_of
 
 MOST_VALUES = 8
 """Most values of a parameter that are listed; more numbers are written as a range."""
+PROTOCOL = (
+    "Grimm et al. (2020): The ODD protocol for describing agent-based and other"
+    " simulation models: a second update to improve clarity, replication, and"
+    " structural realism. Journal of Artificial Societies and Social Simulation"
+    " 23(2), 7."
+)
+SI = {"m", "cm", "mm", "s", "min", "h"}
+"""Units that need no explanation."""
 GROUPS = {
     "parameters": "Parameters of the model",
     "schedule": "Extent",
@@ -92,6 +100,8 @@ class StudyFacts:
         Directions of the chains, one after the other.
     code : bool
         True if the functions of the model are loaded.
+    every : int
+        Number of steps between frames.
     """
 
     name: str
@@ -110,6 +120,7 @@ class StudyFacts:
     continued: str
     directions: Sequence[str]
     code: bool
+    every: int
 
     @property
     def document(self) -> Document:
@@ -152,6 +163,7 @@ def of_spec(study: Study, design: Design) -> StudyFacts:
         continued=axis.name if axis else "",
         directions=axis.continued.directions if axis and axis.continued else (),
         code=True,
+        every=study.record.every,
     )
 
 
@@ -198,6 +210,7 @@ def of_stored(study: StoredStudy) -> StudyFacts:
         continued=chained.get("axis", ""),
         directions=chained.get("directions", ()),
         code=code,
+        every=int(first["every"]),
     )
 
 
@@ -240,6 +253,8 @@ class _Page:
             write(self)
         self.heading(2, "The experiment")
         _experiment(self)
+        self.heading(2, "References")
+        self.list([PROTOCOL, behind(facts.model.name, facts.known).as_text()])
         self.heading(2, "Gaps")
         self.list(self.gaps or ["none"])
 
@@ -283,6 +298,13 @@ class _Page:
         self.lines += [
             *([""] if self.lines[-1] else []),
             *(f"- {item}" for item in items),
+        ]
+
+    def numbered(self, items: Iterable[str]) -> None:
+        """Add a numbered list."""
+        self.lines += [
+            *([""] if self.lines[-1] else []),
+            *(f"{number}. {item}" for number, item in enumerate(items, 1)),
         ]
 
     def table(self, heads: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
@@ -342,6 +364,11 @@ def _entities(page: _Page) -> None:
         f"Lengths are in {model.length}, times in {model.time}. A step is one update of"
         " all boids."
     )
+    if not {model.length, model.time} <= SI:
+        page.gap(
+            f"the length of 1 {model.length} and the duration of 1 {model.time} in the"
+            " described system"
+        )
     for group, title in GROUPS.items():
         shown = [
             setting
@@ -416,9 +443,9 @@ def _process(page: _Page) -> None:
     model = facts.model
     page.say(
         "A trial draws the world and the initial condition, and then runs `steps` steps"
-        " of the duration `dt`. A step updates all boids, and then applies the boundary"
-        " condition `borders`. Metrics are computed from recorded steps."
+        " of the duration `dt`. The parts of a step are, in this order:"
     )
+    page.numbered(_schedule(facts))
     declared = _own_settings(model).items()
     updates = [name for name, declaration in declared if declaration == UPDATE]
     for name in updates:
@@ -443,6 +470,30 @@ def _process(page: _Page) -> None:
         page.list(
             f"`{name}`: {_first(_text(function))}" for name, function in called.items()
         )
+
+
+def _schedule(facts: StudyFacts) -> Iterator[str]:
+    """Return the parts of a step that have an effect, in the order of `advance`."""
+    on = {
+        setting.group
+        for setting in facts.settings.values()
+        if not _is_off(facts, setting)
+    }
+    if "medium" in on:
+        yield "The wind carries all boids. The boundary condition `borders` applies."
+    if "sensing" in on:
+        yield (
+            "Each boid measures and sends its state, and receives messages, as the"
+            f' parameters of "{GROUPS["sensing"]}" state.'
+        )
+    if not _is_off(facts, facts.settings["obstacle_speed"]):
+        yield "All obstacles move."
+    yield "Each boid gets a commanded velocity by the submodels below."
+    limits = [group for group in ("actuation", "failures") if group in on]
+    if limits:
+        yield f"The {' and '.join(limits)} of the boid change the commanded velocity."
+    yield "Each boid moves, and the boundary condition `borders` applies."
+    yield f"A frame is recorded at {_frames(facts)}."
 
 
 def _concepts(page: _Page) -> None:
@@ -536,6 +587,17 @@ def _observation(page: _Page) -> None:
         source = metric.source if metric else "computed by the spec from metrics"
         rows.append((name, unit, text, source))
     page.table(("metric", "unit", "meaning", "source"), rows)
+    page.say(
+        f"Metrics are computed at step 0 and at {_frames(facts)}. Each trial gives the"
+        " value at the last step, and the mean over the second half of the trial."
+    )
+
+
+def _frames(facts: StudyFacts) -> str:
+    """Return the steps of the frames in words."""
+    if facts.every == 1:
+        return "each step"
+    return f"every {facts.every}th step and at the last step"
 
 
 def _stated_nowhere(missing: str) -> Callable[[_Page], None]:

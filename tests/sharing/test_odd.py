@@ -33,6 +33,7 @@ ELEMENTS = [
     "6. Input data",
     "7. Submodels",
     "The experiment",
+    "References",
     "Gaps",
 ]
 CONCEPTS = [
@@ -127,6 +128,29 @@ def test_the_order_of_updates_is_told_where_a_setting_or_the_model_says_it() -> 
     assert gap not in said
     silent = replace(of_vortex, model=of_vortex.model._replace(update_order=""))
     assert gap in odd(silent)
+
+
+def test_a_step_has_the_parts_that_have_an_effect() -> None:
+    spec = "study: x\nmodel: nguyen2024\nreplicates: 1\nseed: 1\n"
+    plain = numbered(odd(of_text(spec)))
+    assert plain == [
+        "Each boid gets a commanded velocity by the submodels below.",
+        "Each boid moves, and the boundary condition `borders` applies.",
+        "A frame is recorded at each step.",
+    ]
+    more = "record: {metrics: [speed], every: 5}\nfixed: {map: empty, "
+    fixed = "wind_x: 1, packet_loss: 0.1, motor_lag: 2, failing_share: 0.1}\n"
+    wind, sensing, _, changes, *_, recorded = numbered(
+        odd(of_text(spec + more + fixed))
+    )
+    assert wind.startswith("The wind carries all boids.")
+    assert sensing.startswith("Each boid measures and sends its state")
+    assert changes.startswith("The actuation and failures of the boid change")
+    assert recorded == "A frame is recorded at every 5th step and at the last step."
+
+
+def numbered(text: str) -> list[str]:
+    return re.findall(r"^\d+\. (.*)$", text.split("## 3.")[1].split("## 4.")[0], re.M)
 
 
 @pytest.mark.parametrize(

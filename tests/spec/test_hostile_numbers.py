@@ -41,7 +41,8 @@ from sweep.trial.simulation import run
 from tests.cases import slow_but
 from tests.specs import EVERYTHING, GAINS, SEPARATION, SHORT
 
-MANY, FEW = 100_000, 50
+MANY, FEW = 100_000, 62
+"""Spec(61) is the first of which a trial is run."""
 RUN_SECONDS = 0.002
 """Trials of an estimate up to it are run."""
 MOST_BYTES = 4 * 2**30
@@ -286,8 +287,9 @@ def tried(number: int) -> str:
     studies = planned(Spec(number))
     if not studies:
         return "refused"
-    flown = number % 20 == 1 and not studies[0].search and ran(studies[0])
-    return flown or "planned"
+    if number % 20 == 1 and not studies[0].strategy_section:
+        return ran(studies[0]) or "planned"
+    return "planned"
 
 
 def test_each_key_can_be_reached() -> None:
