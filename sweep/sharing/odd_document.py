@@ -493,7 +493,7 @@ def _schedule(facts: StudyFacts) -> Iterator[str]:
     if limits:
         yield f"The {' and '.join(limits)} of the boid change the commanded velocity."
     yield "Each boid moves, and the boundary condition `borders` applies."
-    yield f"A frame is recorded at {_frames(facts)}."
+    yield f"A frame is recorded {_frames(facts)}."
 
 
 def _concepts(page: _Page) -> None:
@@ -588,7 +588,7 @@ def _observation(page: _Page) -> None:
         rows.append((name, unit, text, source))
     page.table(("metric", "unit", "meaning", "source"), rows)
     page.say(
-        f"Metrics are computed at step 0 and at {_frames(facts)}. Each trial gives the"
+        f"Metrics are computed at step 0 and {_frames(facts)}. Each trial gives the"
         " value at the last step, and the mean over the second half of the trial."
     )
 
@@ -596,8 +596,8 @@ def _observation(page: _Page) -> None:
 def _frames(facts: StudyFacts) -> str:
     """Return the steps of the frames in words."""
     if facts.every == 1:
-        return "each step"
-    return f"every {facts.every}th step and at the last step"
+        return "at each step"
+    return f"every {facts.every} steps, and at the last step"
 
 
 def _stated_nowhere(missing: str) -> Callable[[_Page], None]:

@@ -146,7 +146,7 @@ def test_a_step_has_the_parts_that_have_an_effect() -> None:
     assert wind.startswith("The wind carries all boids.")
     assert sensing.startswith("Each boid measures and sends its state")
     assert changes.startswith("The actuation and failures of the boid change")
-    assert recorded == "A frame is recorded at every 5th step and at the last step."
+    assert recorded == "A frame is recorded every 5 steps, and at the last step."
 
 
 def numbered(text: str) -> list[str]:
