@@ -14,11 +14,11 @@ import sweep.testing
 from sweep.loaded import LoadedStudy
 
 MODULES = {
-    sweep: "The functions that do what the commands do.",
-    sweep.analysis: "From tables to estimates with intervals.",
-    sweep.figures: "From tables to pictures.",
-    sweep.testing: "For the tests of a model of your own.",
-    sweep.errors: "Errors that a user can mend.",
+    sweep: "Functions that do the work of the commands.",
+    sweep.analysis: "Estimates with confidence intervals, from tables.",
+    sweep.figures: "Figures from tables.",
+    sweep.testing: "Checks for the tests of a custom model.",
+    sweep.errors: "Errors that a user can fix.",
 }
 PLACES = re.compile(r"\b(?:[a-z_]\w*\.)+(?=[A-Za-z_]\w*)")
 """Modules before the names of types."""
@@ -41,8 +41,8 @@ def api_pages() -> Iterator[tuple[str, str]]:
     )
     yield (
         "reference/python/index",
-        "# Python\n\nThese pages are made from the docstrings. What is not here is not"
-        " public: it may change without a word.\n\n| module | what for |\n| --- | --- |"
+        "# Python\n\nThese pages show the docstrings of the public interface. All other"
+        " names can change without notice.\n\n| module | purpose |\n| --- | --- |"
         f"\n{rows}\n```{{toctree}}\n:hidden:\n" + "\n".join(names) + "\n```\n",
     )
     for module, text in MODULES.items():
@@ -58,25 +58,27 @@ def _page(module: ModuleType, text: str) -> str:
     parts = [f"# {name}\n\n{text}\n\n:::{{py:currentmodule}} {name}\n:::\n"]
     functions = {
         name: one
-        for name, one in _public(module).items()
+        for name, one in public(module).items()
         if inspect.isfunction(one) or inspect.isclass(one)
     }
     for name, one in functions.items():
         parts.append(_described(name, one))
-    if module is sweep:
-        parts.append(_class("LoadedStudy", LoadedStudy))
     return "\n".join(parts)
 
 
-def _public(module: ModuleType) -> dict[str, Any]:
+def public(module: ModuleType) -> dict[str, Any]:
+    """The public entries of a module, by name; of `sweep` also the study that
+    `sweep.load` returns.
+    """
     names = getattr(module, "__all__", None) or [
         name for name in vars(module) if not name.startswith("_")
     ]
-    return {
+    entries = {
         name: getattr(module, name)
         for name in sorted(names)
         if getattr(getattr(module, name), "__module__", "").startswith("sweep")
     }
+    return entries | ({"LoadedStudy": LoadedStudy} if module is sweep else {})
 
 
 def _described(name: str, one: Any) -> str:
