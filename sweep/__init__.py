@@ -165,7 +165,13 @@ def run(
     Examples
     --------
     >>> study = sweep.run("spec.yaml", workers=4)
-    >>> study.table("polarization")
+    >>> study
+    <StoredStudy my/first: 30 trials>
+    >>> study.table("polarization")[["separation_weight", "polarization"]].round(2)
+       separation_weight  polarization
+    0                0.5          0.57
+    1                1.0          0.30
+    2                2.0          0.58
     """
     import warnings
 
@@ -295,7 +301,10 @@ def compare(
     Examples
     --------
     >>> sides = "my/first:separation_weight=1", "my/first:separation_weight=2"
-    >>> sweep.compare(*sides, "polarization").rows
+    >>> found = sweep.compare(*sides, "polarization")
+    >>> found.rows[["metric", "difference", "low", "high", "verdict"]].round(2)
+             metric  difference   low  high verdict
+    0  polarization        0.28  0.11  0.45  higher
     """
     from sweep.methods.comparison import compare_sides, read_side
     from sweep.spec import is_half
@@ -382,7 +391,9 @@ def replay(study: "LoadedStudy", trial: str) -> "View":
     Examples
     --------
     >>> study = sweep.load("my/first")
-    >>> sweep.replay(study, study.trials["trial_id"][0])
+    >>> view = sweep.replay(study, study.trials["trial_id"][0])
+    >>> type(view).__name__
+    'View'
     """
     from sweep.web import replay
 
@@ -556,6 +567,15 @@ def cite(
     Examples
     --------
     >>> print(sweep.cite("my/first").as_bibtex())
+    @misc{boidsweep,
+      title = {{boidsweep: Monte Carlo experiments and parameter sweeps ...}},
+      ...
+    }
+    ...
+    @misc{my-first,
+      title = {{Study my/first: 30 trials of the model nguyen2024}},
+      ...
+    }
     """
     from sweep.sharing import cite
 
@@ -598,6 +618,10 @@ def odd(
     Examples
     --------
     >>> print(sweep.odd("spec.yaml"))
+    # ODD of the study my/first
+    ...
+    ## 1. Purpose and patterns
+    ...
     """
     from sweep.design import expand
     from sweep.sharing import odd, of_spec, of_stored

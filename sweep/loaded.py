@@ -35,7 +35,11 @@ class LoadedStudy(StoredStudy):
     Examples
     --------
     >>> study = sweep.load("my/first")
-    >>> study.where("separation_weight >= 1").table("polarization")
+    >>> strong = study.where("separation_weight >= 1")
+    >>> strong.table("polarization")[["separation_weight", "polarization"]].round(2)
+       separation_weight  polarization
+    0                1.0          0.30
+    1                2.0          0.58
     """
 
     @cached_property
@@ -43,8 +47,20 @@ class LoadedStudy(StoredStudy):
         """Findings of a search.
 
         The tables are `candidates`, `winners`, `references`, `differences`, `front` and
-        `against`. A table is computed at the first use. Raises ChoiceError if the study
-        is not a search, or if `where` has restricted the study.
+        `against`. A table is computed at the first use.
+
+        Raises
+        ------
+        ChoiceError
+            The study is not a search, or `where` has restricted the study.
+
+        Examples
+        --------
+        >>> found = sweep.load("my/gains").search
+        >>> found.winners[["candidate", "search", "held_out", "held_out_n"]].round(2)
+           candidate  search  held_out  held_out_n
+        0          5    0.50      0.59           4
+        1          1    0.56      0.52           4
         """
         return Findings(self, read_asked(self))
 
@@ -91,7 +107,13 @@ class LoadedStudy(StoredStudy):
 
         Examples
         --------
-        >>> study.table(by="separation_weight", sort="speed:desc")
+        >>> study = sweep.load("my/first")
+        >>> means = study.table("speed", sort="speed:desc")
+        >>> means[["separation_weight", "speed", "speed_low", "speed_high"]].round(2)
+           separation_weight  speed  speed_low  speed_high
+        0                2.0   2.61       2.25        2.97
+        1                0.5   1.86       1.44        2.28
+        2                1.0   0.38       0.24        0.51
         """
         means = point_means(
             self,
@@ -147,8 +169,17 @@ class LoadedStudy(StoredStudy):
 
         Examples
         --------
-        >>> study.power({"speed": 0.05, "dispersion": "5%"})
-        >>> study.where(n=50).power({}, {"speed": "5%"}, against=study.where(n=100))
+        >>> study = sweep.load("my/first")
+        >>> needed = study.power({"speed": 0.5})
+        >>> needed[["separation_weight", "values", "replicates"]]
+           separation_weight  values  replicates
+        0                0.5      10        12.0
+        1                1.0      10         4.0
+        2                2.0      10        10.0
+        >>> weak = study.where(separation_weight=0.5)
+        >>> strong = study.where(separation_weight=2)
+        >>> strong.power({}, {"speed": 0.5}, against=weak)["replicates"].tolist()
+        [20.0]
         """
         half_widths = [f"{name}={size}" for name, size in half_width.items()]
         differences = [f"{name}={size}" for name, size in difference.items()]
@@ -166,8 +197,21 @@ class LoadedStudy(StoredStudy):
     def stopping(self) -> pd.DataFrame:
         """Trials at which adaptive replicates stopped, and the reasons, by point.
 
-        See `sweep.methods.adaptive.stopping` for the columns. Raises ChoiceError for a
-        study with a fixed number of trials.
+        Columns: `point`, `metric`, `n`, `values`, `undefined`, `half_width`, `allowed`,
+        `reached` and `why`. See `sweep.methods.adaptive.stopping`.
+
+        Raises
+        ------
+        ChoiceError
+            The study has a fixed number of trials.
+
+        Examples
+        --------
+        >>> stopped = sweep.load("my/until").stopping
+        >>> stopped[["metric", "values", "half_width", "allowed", "why"]].round(2)
+          metric  values  half_width  allowed         why
+        0  speed      10        0.29      0.3  half width
+        1  speed      17        0.30      0.3  half width
         """
         return stopping(self)
 
@@ -186,7 +230,11 @@ class LoadedStudy(StoredStudy):
 
         Examples
         --------
-        >>> study.boundary().crossings
+        >>> study = sweep.load("my/edge")
+        >>> found = study.boundary().crossings
+        >>> found[["estimate", "low", "high", "direction"]].round(1)
+           estimate  low  high direction
+        0       3.4  1.0   5.0      down
         """
         return find_boundary(self)
 
@@ -225,7 +273,12 @@ class LoadedStudy(StoredStudy):
 
         Examples
         --------
-        >>> study.scaling("polarization", "noise").states
+        >>> found = sweep.load("my/sizes").scaling("polarization", "noise")
+        >>> found.states[["n", "noise", "trials", "tau", "burn_in"]].round(1)
+            n  noise  trials  tau  burn_in
+        0  16    2.0       4  1.1       10
+        1  16    3.0       4  1.4       80
+        ...
         """
         return finite_size_scaling(self, metric, by, burn_in, confidence=confidence)
 
@@ -264,7 +317,12 @@ class LoadedStudy(StoredStudy):
 
         Examples
         --------
-        >>> study.validity("polarization").rows
+        >>> found = sweep.load("my/steps").validity("speed")
+        >>> found.rows[["variant", "difference", "verdict", "outcome"]].round(2)
+             variant  difference verdict   outcome
+        0   as it is        0.35  higher
+        1    dt-1of2        0.35  higher  survives
+        2  all-pairs        0.35  higher  survives
         """
         return check_conclusions(
             self, metrics, half=is_half(over, half), confidence=confidence
@@ -292,7 +350,11 @@ class LoadedStudy(StoredStudy):
 
         Examples
         --------
-        >>> print(study.report("hysteresis", metric=["polarization"]).to_csv())
+        >>> study = sweep.load("my/loop")
+        >>> loops = study.report("hysteresis", metric=["polarization"])
+        >>> loops.rows[["metric", "area", "low", "high", "chains"]].round(2)
+                 metric  area   low  high  chains
+        0  polarization  0.09 -0.67  0.85       3
         """
         known = {
             make.__name__: make
@@ -343,8 +405,10 @@ class LoadedStudy(StoredStudy):
 
         Examples
         --------
-        >>> study.export("trials.csv", columns="metrics").rows
-        30
+        >>> study = sweep.load("my/first")
+        >>> written = study.export("trials.csv", columns="metrics", force=True)
+        >>> written.rows, [file.name for file in written.files]
+        (30, ['trials.csv', 'trials.csv.json', 'trials.csv.sha256'])
         """
         return export(
             self, Path(path), table, trials=trials, columns=columns, force=force
@@ -374,7 +438,11 @@ class LoadedStudy(StoredStudy):
 
         Examples
         --------
-        >>> study.to_xarray()["polarization"].mean("replicate")
+        >>> arrays = sweep.load("my/first").to_xarray()
+        >>> dict(arrays.sizes)
+        {'separation_weight': 3, 'replicate': 10}
+        >>> arrays["polarization"].mean("replicate").round(2).values.tolist()
+        [0.57, 0.3, 0.58]
         """
         return to_arrays(self, table)
 
@@ -422,7 +490,11 @@ class LoadedStudy(StoredStudy):
 
         Examples
         --------
-        >>> study.sensitivity("polarization", over="half")
+        >>> found = sweep.load("my/weights").sensitivity("speed")
+        >>> found[["setting", "spearman", "spearman_low", "spearman_high"]].round(2)
+                     setting  spearman  spearman_low  spearman_high
+        0  separation_weight     -0.06         -0.51           0.36
+        1    cohesion_weight      0.46          0.09           0.76
         """
         return sensitivity(
             self,

@@ -53,9 +53,10 @@ class Contrast:
     Attributes
     ----------
     estimate : MeanEstimate
+        The difference, in the unit of the metric.
     a, b : array
-        Independent values of each group. Paired values are (n,) each, in the order of
-        `pairs`. Otherwise the lengths may differ.
+        Independent values of each group, in the same unit. Paired values are (n,)
+        each, in the order of `pairs`. Otherwise the lengths may differ.
     pairs : Index or None
         Keys of the pairs; None if the groups are not paired.
     left_out : int
@@ -131,9 +132,17 @@ class Contrast:
 
 
 class Family(NamedTuple):
-    """k contrasts with simultaneous confidence intervals and adjusted p-values.
+    """Contrasts with simultaneous confidence intervals and adjusted p-values.
 
-    `low` and `high` bound the intervals, and `p` are the p-values, (k,) each.
+    Attributes
+    ----------
+    contrasts : sequence of Contrast
+        The k contrasts.
+    low, high : array
+        Bounds of the simultaneous confidence intervals, in the unit of the metric, (k,)
+        each; NaN if unknown.
+    p : array
+        Adjusted p-values of no difference, (k,); NaN if not testable.
     """
 
     contrasts: Sequence[Contrast]
@@ -145,8 +154,15 @@ class Family(NamedTuple):
 class Equivalence(NamedTuple):
     """Two one-sided tests of equivalence.
 
-    `p` is the larger of the two p-values. `low` and `high` bound the confidence
-    interval at 1 - 2 `level`. `equivalent` is True if p is below `level`.
+    Attributes
+    ----------
+    p : float
+        The larger of the two p-values; NaN if the estimate is not testable.
+    low, high : float
+        Bounds of the confidence interval at 1 - 2 `level`, in the unit of the estimate;
+        NaN if not testable.
+    equivalent : bool
+        True if p is below `level`.
     """
 
     p: float
@@ -168,6 +184,16 @@ def compare(a: Units, b: Units, distribution: Declared = "normal") -> Contrast:
     Returns
     -------
     Contrast
+        The difference b - a, in the unit of the values.
+
+    Examples
+    --------
+    >>> trials = sweep.load("my/first").trials
+    >>> sides = [chosen(trials, {"separation_weight": weight}) for weight in (1, 2)]
+    >>> a, b = (units(side, side["speed"], "trial", []) for side in sides)
+    >>> difference = compare(a, b)
+    >>> round(difference.value, 1), difference.paired, len(difference.pairs)
+    (2.2, True, 10)
     """
     left_out = a.left_out + b.left_out
     if pairable(a, b):
@@ -196,6 +222,15 @@ def independent_contrast(
     Returns
     -------
     Contrast
+        The difference b - a, in the unit of the values.
+
+    Examples
+    --------
+    >>> a = np.array([0.61, 0.58, 0.66, 0.63, 0.6])
+    >>> b = np.array([0.65, 0.7, 0.62, 0.67])
+    >>> difference = independent_contrast(a, b)
+    >>> round(difference.value, 3), round(difference.p_value(), 2), difference.paired
+    (0.044, 0.09, False)
     """
     estimate = mean_estimate(a, b, distribution=distribution)
     return Contrast(estimate, a, b, pairs=None, left_out=left_out)
@@ -221,11 +256,20 @@ def paired_contrast(
     Returns
     -------
     Contrast
+        The difference b - a, in the unit of the values.
 
     Raises
     ------
     ValueError
         If an index has a duplicate entry.
+
+    Examples
+    --------
+    >>> a = pd.Series({"seed 0": 0.61, "seed 1": 0.58, "seed 2": 0.66})
+    >>> b = pd.Series({"seed 2": 0.71, "seed 0": 0.65, "seed 1": 0.64})
+    >>> difference = paired_contrast(a, b)
+    >>> round(difference.value, 3), round(difference.variance_reduction, 1)
+    (0.05, 30.7)
     """
     if not (a.index.is_unique and b.index.is_unique):
         raise ValueError(
@@ -276,12 +320,23 @@ def contrast(
     Returns
     -------
     Contrast
+        The difference b - a, in the unit of the values.
 
     Raises
     ------
     ValueError
         If a name is unknown, a group is empty, the groups overlap, or `unit` is
         missing.
+
+    Examples
+    --------
+    >>> study = sweep.load("my/first")
+    >>> weights = [{"separation_weight": weight} for weight in (1, 2)]
+    >>> difference = contrast(study, "speed", a=weights[0], b=weights[1])
+    >>> round(difference.value, 1), [round(x, 1) for x in difference.interval()]
+    (2.2, [1.8, 2.6])
+    >>> difference.paired, len(difference.a)
+    (True, 10)
     """
     trials, varied, distributions = _table(source)
     for name in (metric, *a, *b):
@@ -339,6 +394,21 @@ def contrasts(
         A row per value, with columns `by`, difference, low, high, p, paired, n,
         correlation, variance_reduction and left_out. `n` counts pairs, or the values
         that are compared with the reference.
+
+    Raises
+    ------
+    ValueError
+        If no trial has a value other than `reference`, and as in `contrast` and
+        `jointly`.
+
+    Examples
+    --------
+    >>> study = sweep.load("my/first")
+    >>> table = contrasts(study, "speed", by="separation_weight", reference=1)
+    >>> table[["separation_weight", "difference", "low", "high", "n"]].round(2)
+       separation_weight  difference   low  high   n
+    0                0.5        1.48  0.91  2.06  10
+    1                2.0        2.23  1.75  2.72  10
     """
     trials, *_ = _table(source)
     _check_column(trials, by)
@@ -396,19 +466,32 @@ def jointly(
     Parameters
     ----------
     sides : sequence of Contrast
+        The k contrasts.
     confidence : float, default 0.95
         Simultaneous confidence of all intervals.
     together : {"holm", "bonferroni", "sidak", "max_t"}, default "holm"
+        Correction for multiple comparisons.
 
     Returns
     -------
     Family
+        In the order of `sides`; with "max_t", contrasts of the common pairs.
 
     Raises
     ------
     ValueError
         If the correction is unknown. With "max_t" also if a contrast is not paired, or
         if `max_t` rejects the values.
+
+    Examples
+    --------
+    >>> a = np.array([0.61, 0.58, 0.66, 0.63, 0.6])
+    >>> sides = [independent_contrast(a, a + shift) for shift in (0.0, 0.1)]
+    >>> family = jointly(sides)
+    >>> family.low.round(3).tolist(), family.high.round(3).tolist()
+    ([-0.053, 0.047], [0.053, 0.153])
+    >>> family.p.round(3).tolist()
+    [1.0, 0.002]
     """
     if together not in get_args(Together):
         raise ValueError(unknown("together", together, get_args(Together)))
@@ -445,6 +528,7 @@ def equivalence(
     Parameters
     ----------
     estimate : MeanEstimate
+        A mean or a difference, for example from `mean_estimate`.
     low, high : float
         Margins in the unit of the estimate, chosen before the data are seen.
     level : float, default 0.05
@@ -459,6 +543,15 @@ def equivalence(
     ------
     ValueError
         If `low` is not below `high`.
+
+    Examples
+    --------
+    >>> changes = np.array([0.01, -0.02, 0.0, 0.03, -0.01, 0.02])
+    >>> result = equivalence(mean_estimate(changes), -0.05, 0.05)
+    >>> round(result.p, 3), round(result.low, 3), round(result.high, 3)
+    (0.001, -0.01, 0.02)
+    >>> result.equivalent
+    True
     """
     if not low < high:
         raise ValueError(

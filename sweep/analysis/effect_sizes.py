@@ -12,7 +12,16 @@ Floats = NDArray[np.float64]
 
 
 class EffectSize(NamedTuple):
-    """An effect size and the bounds of the confidence interval."""
+    """An effect size and the bounds of the confidence interval.
+
+    Attributes
+    ----------
+    value : float
+        The effect size, without a unit: standard deviations for `hedges_g`, a number
+        from -1 to 1 for `cliffs_delta`, a probability for `superiority`.
+    low, high : float
+        Bounds of the confidence interval, on the scale of `value`.
+    """
 
     value: float
     low: float
@@ -32,11 +41,11 @@ def hedges_g(
     """Return Hedges' g: the difference of means, b - a, in standard deviations.
 
     The unit is the square root of the mean of the two variances, so the variances may
-    differ. Pairs have an equal unit: common random numbers narrow the interval and do
-    not change the effect. The bias correction is Hedges' (1981, J. Educ. Stat. 6,
-    107-128), with the degrees of freedom of the mean variance. The confidence interval
-    is Bonett's (2008, Psychol. Methods 13, 99-109). The interval is valid for more than
-    about ten values that are about normal.
+    differ. Pairs have an equal unit: common random numbers narrow the interval, and
+    change the effect only by the bias correction. The bias correction is Hedges' (1981,
+    J. Educ. Stat. 6, 107-128), with the degrees of freedom of the mean variance. The
+    confidence interval is Bonett's (2008, Psychol. Methods 13, 99-109). The interval is
+    valid for more than about ten values that are about normal.
 
     Parameters
     ----------
@@ -56,6 +65,15 @@ def hedges_g(
     ------
     ValueError
         If the lengths of paired values differ.
+
+    Examples
+    --------
+    >>> a = [0.61, 0.58, 0.66, 0.63, 0.6, 0.64, 0.59, 0.62, 0.65, 0.57]
+    >>> b = [0.65, 0.61, 0.7, 0.68, 0.62, 0.69, 0.63, 0.64, 0.67, 0.61]
+    >>> [round(number, 2) for number in hedges_g(a, b)]
+    [1.05, 0.07, 2.04]
+    >>> [round(number, 2) for number in hedges_g(a, b, paired=True)]
+    [1.01, 0.5, 1.52]
     """
     first, second = _sides(a, b, paired)
     if min(len(first), len(second)) < 3:
@@ -98,6 +116,13 @@ def superiority(
     -------
     EffectSize
         NaN if a side is empty.
+
+    Examples
+    --------
+    >>> a = [0.61, 0.58, 0.66, 0.63, 0.6]
+    >>> b = [0.65, 0.7, 0.62, 0.68, 0.61]
+    >>> [round(number, 2) for number in superiority(a, b)]
+    [0.78, 0.41, 0.94]
     """
     from scipy.stats import rankdata
 
@@ -131,6 +156,13 @@ def cliffs_delta(
     -------
     EffectSize
         NaN if a side is empty.
+
+    Examples
+    --------
+    >>> a = [0.61, 0.58, 0.66, 0.63, 0.6]
+    >>> b = [0.65, 0.7, 0.62, 0.68, 0.61]
+    >>> [round(number, 2) for number in cliffs_delta(a, b)]
+    [0.56, -0.18, 0.88]
     """
     return EffectSize(*(2.0 * number - 1.0 for number in superiority(a, b, confidence)))
 

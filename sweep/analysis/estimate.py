@@ -32,7 +32,22 @@ CONFIDENCE = 0.95
 class Sample(NamedTuple):
     """The moments of a single sample; `Samples` has the moments of k samples.
 
-    The skewness is 0 for fewer than three values.
+    Attributes
+    ----------
+    mean : float
+        Mean, in the unit of the values.
+    variance : float
+        With divisor n - 1, in the squared unit; NaN for fewer than two values.
+    n : int
+        Number of values.
+    skewness : float, default 0
+        Adjusted, G1, without a unit; 0 for fewer than three values.
+    least, largest : float
+        Extreme values of the sample; infinite if not known.
+    alike : int, default 0
+        Number of values that equal the median.
+    low, high : float
+        Range of possible values; infinite without an end.
     """
 
     mean: float
@@ -64,6 +79,7 @@ class MeanEstimate:
     samples : tuple of Sample
         One sample, or two.
     distribution : Distribution, default "normal"
+        Distribution of the values.
     correlation : float or None
         Correlation of the two samples; None if the samples are independent. Correlated
         samples have the wider of this interval and Student's interval of the
@@ -348,7 +364,15 @@ def _crossing(excess: Callable[[Floats], Floats]) -> float:
 
 @dataclass(frozen=True)
 class RankEstimate:
-    """Spearman's rank correlation of `n` pairs; NaN if a side does not vary."""
+    """Spearman's rank correlation of pairs.
+
+    Attributes
+    ----------
+    value : float
+        Correlation from -1 to 1; NaN if a side does not vary.
+    n : int
+        Number of pairs.
+    """
 
     value: float
     n: int
@@ -406,8 +430,28 @@ def mean_estimate(
 ) -> MeanEstimate:
     """Estimate a mean, or the difference of two means.
 
-    `values` are an array of independent values, or two arrays a and b for the
-    difference b - a. NaN does not count.
+    Parameters
+    ----------
+    *values : array
+        An array (n,) of independent values, or two arrays a and b for the difference
+        b - a. NaN does not count.
+    distribution : Declared, default "normal"
+        Distribution of the values.
+
+    Returns
+    -------
+    MeanEstimate
+        In the unit of the values; `interval` and `p_value` are methods.
+
+    Examples
+    --------
+    >>> a = np.array([0.61, 0.58, 0.66, 0.63, 0.6])
+    >>> b = np.array([0.65, 0.7, 0.62, 0.68, 0.61])
+    >>> estimate = mean_estimate(a, b)
+    >>> round(estimate.value, 3), round(estimate.p_value(), 2)
+    (0.036, 0.14)
+    >>> [round(bound, 3) for bound in estimate.interval(0.9)]
+    [-0.005, 0.077]
     """
     known = [array[~np.isnan(array)] for array in reversed(values)]
     of, support = _declared(distribution, known)
@@ -439,6 +483,15 @@ def paired_estimate(
     Returns
     -------
     MeanEstimate
+        In the unit of the values; `interval` and `p_value` are methods.
+
+    Examples
+    --------
+    >>> a = np.array([0.61, 0.58, 0.66, 0.63, 0.6])
+    >>> b = np.array([0.65, 0.62, 0.69, 0.68, 0.62])
+    >>> estimate = paired_estimate(a, b)
+    >>> round(estimate.value, 3), [round(bound, 3) for bound in estimate.interval()]
+    (0.036, [0.022, 0.05])
     """
     change = b - a
     of, support = _declared(distribution, (a, b))
@@ -504,7 +557,29 @@ def _skewness(values: NDArray[np.float64]) -> float:
 
 
 def rank_estimate(a: NDArray[np.float64], b: NDArray[np.float64]) -> RankEstimate:
-    """Estimate the rank correlation of two arrays (n,), without pairs that have NaN."""
+    """Estimate the rank correlation of two arrays.
+
+    Parameters
+    ----------
+    a, b : array
+        Values, (n,) each. Values at equal indices are pairs. A pair with NaN does not
+        count.
+
+    Returns
+    -------
+    RankEstimate
+        NaN if a side does not vary, or for fewer than two pairs.
+
+    Examples
+    --------
+    >>> weights = np.array([0.5, 1.0, 1.5, 2.0, 2.5, 3.0])
+    >>> speeds = np.array([1.8, 2.1, 2.0, 2.4, np.nan, 2.9])
+    >>> correlation = rank_estimate(weights, speeds)
+    >>> round(correlation.value, 2), correlation.n
+    (0.9, 5)
+    >>> [round(bound, 2) for bound in correlation.interval()]
+    [-0.17, 1.0]
+    """
     complete = ~(np.isnan(a) | np.isnan(b))
     ranks = [
         pd.Series(values[complete]).rank().to_numpy(np.float64) for values in (a, b)

@@ -35,7 +35,17 @@ NONE_DECLARED: Mapping[str, Declared] = MappingProxyType({})
 
 
 class Interval(NamedTuple):
-    """An estimate, the bounds of the confidence interval, and the number of values."""
+    """An estimate with a confidence interval.
+
+    Attributes
+    ----------
+    value : float
+        The estimate, in the unit of the values; NaN without a value.
+    low, high : float
+        Bounds of the confidence interval, in the same unit; NaN if unknown.
+    n : int
+        Number of values.
+    """
 
     value: float
     low: float
@@ -60,6 +70,11 @@ def half_width(deviation: Any, n: Any, confidence: float = CONFIDENCE) -> Any:
     -------
     float or array
         Half-width, in the unit of `deviation`; NaN for fewer than two values.
+
+    Examples
+    --------
+    >>> half_width(0.05, np.array([5, 10, 40])).round(3).tolist()
+    [0.062, 0.036, 0.016]
     """
     from scipy.stats import t
 
@@ -107,6 +122,16 @@ def mean_interval(
     ------
     ValueError
         If the kind of interval is unknown.
+
+    Examples
+    --------
+    >>> interval = mean_interval([0.61, 0.58, 0.66, 0.63, 0.6])
+    >>> round(interval.value, 3), round(interval.low, 3), round(interval.high, 3)
+    (0.616, 0.578, 0.654)
+    >>> arrived = [0, 0, 1, 0, 1, 0, 0, 0, 0, 1]
+    >>> share = mean_interval(arrived, distribution="proportion")
+    >>> round(share.value, 2), round(share.low, 2), round(share.high, 2), share.n
+    (0.3, 0.08, 0.62, 10)
 
     Notes
     -----
@@ -170,6 +195,11 @@ def quantile_interval(
     ------
     ValueError
         If the kind of interval is unknown, or `probability` is not between 0 and 1.
+
+    Examples
+    --------
+    >>> quantile_interval([1.2, 1.5, 1.1, 1.9, 1.4, 1.6, 1.3, 1.7, 2.2], 0.5)
+    Interval(value=1.5, low=1.2, high=1.9, n=9)
     """
     _check("interval", interval, get_args(QuantileKind))
     if not 0.0 < probability < 1.0:
@@ -213,6 +243,7 @@ def by_point(
     varied : sequence of str
         Parameters that become columns.
     metrics : sequence of str
+        Columns of `trials`.
     confidence : float, default 0.95
         Confidence of each interval alone. `simultaneous_confidence` returns the value
         for simultaneous intervals.
@@ -232,6 +263,21 @@ def by_point(
         and `<metric>_undefined`; and `not_done`, the number of trials without a result.
         `<metric>_undefined` is the fraction of the done trials that have no value of
         the metric and do not count.
+
+    Raises
+    ------
+    ValueError
+        If the kind of interval is unknown.
+
+    Examples
+    --------
+    >>> study = sweep.load("my/first")
+    >>> means = by_point(study.trials, study.varied, ["speed"]).round(2)
+    >>> means[["separation_weight", "speed", "speed_low", "speed_high", "speed_n"]]
+       separation_weight  speed  speed_low  speed_high  speed_n
+    0                0.5   1.86       1.44        2.28       10
+    1                1.0   0.38       0.24        0.51       10
+    2                2.0   2.61       2.25        2.97       10
     """
     _check_interval(interval)
     # Grouping by number is several times faster than grouping by string.
@@ -256,10 +302,29 @@ def by_point(
 
 
 def undefined_shares(trials: pd.DataFrame, metric: str) -> "pd.Series[float]":
-    """Return the fraction of done trials without a value of a metric, by point id.
+    """Return the fraction of done trials without a value of a metric, by point.
 
     For example, the elongation of a flock has no value in a trial without a flock. The
     mean is then over the remaining trials, conditional on a value.
+
+    Parameters
+    ----------
+    trials : DataFrame
+        Rows are trials.
+    metric : str
+        Column of `trials`.
+
+    Returns
+    -------
+    Series
+        Fraction from 0 to 1 by the id of the point; 0 for a point without a done trial.
+
+    Examples
+    --------
+    >>> trials = pd.DataFrame({"point": ["a", "a", "b", "b"], "status": "done"})
+    >>> trials["elongation"] = [1.4, np.nan, 1.6, 1.2]
+    >>> undefined_shares(trials, "elongation").to_dict()
+    {'a': 0.5, 'b': 0.0}
     """
     return _undefined(trials, metric, trials["point"])
 
@@ -280,6 +345,7 @@ def quantiles_by_point(
     varied : sequence of str
         Parameters that become columns.
     metrics : sequence of str
+        Columns of `trials`.
     probabilities : sequence of float, default (0.25, 0.5, 0.75)
     confidence : float, default 0.95
         Confidence of each interval alone. Intervals are between order statistics.
@@ -290,6 +356,21 @@ def quantiles_by_point(
         A row per point, metric and probability; points are in the order of `trials`.
         Columns: the `varied` parameters, metric, probability, value, low, high, n and
         `not_done`; see `quantile_interval` and `by_point`.
+
+    Raises
+    ------
+    ValueError
+        If a probability is not between 0 and 1.
+
+    Examples
+    --------
+    >>> study = sweep.load("my/first")
+    >>> medians = quantiles_by_point(study.trials, study.varied, ["speed"], [0.5])
+    >>> medians[["separation_weight", "metric", "value", "low", "high", "n"]].round(2)
+       separation_weight metric  value   low  high   n
+    0                0.5  speed   1.93  1.11  2.36  10
+    1                1.0  speed   0.33  0.23  0.64  10
+    2                2.0  speed   2.61  1.96  3.09  10
     """
     not_done = _not_done(trials, trials["point"])
     rows = []
@@ -332,11 +413,28 @@ def curves(
     interval : {"t", "bootstrap", "bootstrap_t"}, optional
         By default the interval of the distribution.
     distribution : Declared, default "normal"
+        Distribution and range of the values, from `study.distributions`.
 
     Returns
     -------
     DataFrame
-        Columns `by`, frame, mean, low, high, n.
+        A row per value of `by` and frame. Columns: `by`; frame; mean, low and high, in
+        the unit of the metric; and n, the number of values.
+
+    Raises
+    ------
+    ValueError
+        If the kind of interval is unknown.
+
+    Examples
+    --------
+    >>> study = sweep.load("my/first")
+    >>> means = curves(study.series, study.trials, "separation_weight", "speed")
+    >>> means[means["frame"] == 100].round(2)
+         separation_weight  frame  mean   low  high   n
+    100                0.5    100  1.86  1.44  2.28  10
+    201                1.0    100  0.38  0.24  0.51  10
+    302                2.0    100  2.61  2.25  2.97  10
     """
     _check_interval(interval)
     done = trials.loc[trials["status"] == "done", ["trial_id", by]]

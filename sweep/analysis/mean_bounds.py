@@ -67,7 +67,13 @@ ROUNDING = 1e-9
 
 
 class Support(NamedTuple):
-    """The smallest and the largest possible value."""
+    """The smallest and the largest possible value.
+
+    Attributes
+    ----------
+    low, high : float
+        Ends of the range, in the unit of the values; infinite without an end.
+    """
 
     low: float = -math.inf
     high: float = math.inf
@@ -149,7 +155,15 @@ SUPPORTS: Mapping[Distribution, Support] = MappingProxyType(
 
 
 class Declaration(NamedTuple):
-    """The declared distribution and support of the values over trials."""
+    """The declared distribution and support of the values over trials.
+
+    Attributes
+    ----------
+    distribution : {"normal", "skewed", "count", "proportion", "percentage"}
+        Distribution of the values; "normal" by default.
+    support : Support
+        Range of the values; without ends by default.
+    """
 
     distribution: Distribution = "normal"
     support: Support = ANYWHERE

@@ -49,10 +49,29 @@ class Units(NamedTuple):
 
 
 def agrees(values: ArrayLike, value: object) -> NDArray[np.bool_]:
-    """Return an array of bool: True where `values` equal a value.
+    """Return where values equal a value.
 
     Numbers match to nine digits, so that 0.3 matches 3 * 0.1. True is not the number 1,
     and no string is a number.
+
+    Parameters
+    ----------
+    values : array_like
+        Values of any type, such as a column of parameter values.
+    value : object
+        Number, string or bool.
+
+    Returns
+    -------
+    array of bool
+        True where `values` equal `value`, in the shape of `values`.
+
+    Examples
+    --------
+    >>> agrees([0.1, 0.2, 3 * 0.1], 0.3).tolist()
+    [False, False, True]
+    >>> agrees(["empty", "cafeteria"], "cafeteria").tolist()
+    [False, True]
     """
     array = np.asarray(values)
     value = value.item() if isinstance(value, np.generic) else value
@@ -65,7 +84,27 @@ def agrees(values: ArrayLike, value: object) -> NDArray[np.bool_]:
 
 
 def chosen(trials: pd.DataFrame, settings: Mapping[str, Any]) -> pd.DataFrame:
-    """Return the rows of `trials` with the given parameter values."""
+    """Return the rows of a table of trials with the given parameter values.
+
+    Parameters
+    ----------
+    trials : DataFrame
+        Rows are trials.
+    settings : mapping
+        Value by name of the parameter, such as `{"separation_weight": 2}`.
+
+    Returns
+    -------
+    DataFrame
+        The rows in which all parameters agree, with unchanged index.
+
+    Examples
+    --------
+    >>> trials = sweep.load("my/first").trials
+    >>> strong = chosen(trials, {"separation_weight": 2})
+    >>> len(trials), len(strong)
+    (30, 10)
+    """
     for name, value in settings.items():
         trials = trials[agrees(trials[name].to_numpy(), value)]
     return trials
@@ -91,6 +130,14 @@ def units(
     Returns
     -------
     Units
+        In the unit of `values`, in the order of `trials`.
+
+    Examples
+    --------
+    >>> trials = sweep.load("my/first").trials
+    >>> speeds = units(trials, trials["speed"], "replicate", ["separation_weight"])
+    >>> len(speeds.array()), speeds.trials, speeds.left_out, speeds.pairs
+    (10, 30, 0, True)
     """
     single = trials["point"].nunique() <= 1
     keys = {"trial": [*REPLICATE, *free], "replicate": [*REPLICATE], "point": [*free]}[
@@ -115,7 +162,20 @@ def units(
 def common_streams(trials: pd.DataFrame) -> frozenset[str]:
     """Return the random streams that all points have in common.
 
-    Streams are start, world and noise.
+    Parameters
+    ----------
+    trials : DataFrame
+        Rows are trials.
+
+    Returns
+    -------
+    frozenset of str
+        Names of streams: start, world and noise.
+
+    Examples
+    --------
+    >>> sorted(common_streams(sweep.load("my/first").trials))
+    ['start', 'world']
     """
     streams = [
         dict(stream.split("=") for stream in text.split())
@@ -132,6 +192,22 @@ def replicates(trials: pd.DataFrame) -> pd.MultiIndex:
 
     The replicate is 0 for a listed seed, because the seed alone is then the key. Common
     streams have equal numbers for equal keys, in any study and at any point.
+
+    Parameters
+    ----------
+    trials : DataFrame
+        Rows are trials.
+
+    Returns
+    -------
+    MultiIndex
+        Levels seed and replicate; an entry per trial, in the order of `trials`.
+
+    Examples
+    --------
+    >>> keys = replicates(sweep.load("my/first").trials)
+    >>> list(keys.names), keys[:3].tolist(), keys.nunique()
+    (['seed', 'replicate'], [(0, 0), (0, 1), (0, 2)], 10)
     """
     numbers = trials["replicate"].where(~trials["seed_listed"].astype(bool), 0)
     return pd.MultiIndex.from_arrays([trials["seed"], numbers], names=REPLICATE)

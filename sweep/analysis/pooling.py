@@ -23,6 +23,7 @@ def pooled(
     by : sequence of str
         Parameters that define the groups; if empty, all points form a single group.
     metrics : sequence of str
+        Columns of `trials`.
 
     Returns
     -------
@@ -34,6 +35,16 @@ def pooled(
         the group has the replicate and all trials of the replicate are done, else "not
         done". A mean is NaN if any point has no value, because the remaining points are
         a different group.
+
+    Examples
+    --------
+    >>> study = sweep.load("my/first")
+    >>> table = pooled(study.trials, by=["n"], metrics=["speed"]).round(2)
+    >>> table[["n", "points", "replicate", "status", "speed"]].head(3)
+        n  points  replicate status  speed
+    0  30       3          0   done   1.44
+    1  30       3          1   done   1.85
+    2  30       3          2   done   1.99
     """
     groups = trials.groupby(list(by), sort=False, dropna=False) if by else None
     number = groups.ngroup() if groups else pd.Series(0, index=trials.index)

@@ -104,14 +104,34 @@ def ratio(mean: Floats, error: Floats) -> Floats:
 
 
 def pseudo_values(values: Floats, statistic: Callable[..., Floats]) -> Floats:
-    """Return the jackknife's pseudo-values, k f(all) - (k - 1) f(all but one), (k,).
+    """Return the pseudo-values of the jackknife, k f(all) - (k - 1) f(all but one).
 
-    `values` are (k, m), and f is a smooth function of the m column means. `statistic`
-    takes m arrays (n,) of column means and returns f as (n,). The mean of the
-    pseudo-values estimates f without the bias of first order in 1/k. Student's interval
-    of the pseudo-values is the jackknife's confidence interval (Tukey 1958, Ann. Math.
-    Stat. 29, 614; Miller 1974, Biometrika 61, 1-15). For a single row, the result is f
-    of the row.
+    f is a smooth function of the m column means. The mean of the pseudo-values
+    estimates f without the bias of first order in 1/k. Student's interval of the
+    pseudo-values is the jackknife's confidence interval (Tukey 1958, Ann. Math. Stat.
+    29, 614; Miller 1974, Biometrika 61, 1-15).
+
+    Parameters
+    ----------
+    values : array
+        Values of k independent rows, (k, m).
+    statistic : callable
+        Takes m arrays (n,) of column means and returns f as (n,).
+
+    Returns
+    -------
+    array
+        Pseudo-value of each row, (k,). For a single row, the result is f of the row.
+
+    Examples
+    --------
+    >>> x = np.array([1.0, 2.0, 4.0, 5.0])
+    >>> columns = np.column_stack([x, x * x])
+    >>> variances = pseudo_values(columns, lambda mean, square: square - mean * mean)
+    >>> variances.round(2).tolist()
+    [5.33, 1.33, 1.33, 5.33]
+    >>> round(float(variances.mean()), 3), round(float(x.var(ddof=1)), 3)
+    (3.333, 3.333)
     """
     k = len(values)
     if k < 2:

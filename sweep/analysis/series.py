@@ -37,7 +37,12 @@ LARGEST_SHARE = 0.5
 class BurnIn(NamedTuple):
     """Number of frames to leave out from the start.
 
-    `end_found` is False if the transient has no end in the series; `frames` is then 0.
+    Attributes
+    ----------
+    frames : int
+        Number of recorded frames; 0 if no end was found.
+    end_found : bool
+        False if the transient has no end in the series.
     """
 
     frames: int
@@ -45,10 +50,18 @@ class BurnIn(NamedTuple):
 
 
 class Autocorrelation(NamedTuple):
-    """Integrated autocorrelation time `tau` in frames, and `effective` sample size.
+    """Integrated autocorrelation time and effective sample size.
 
-    `reliable` is True if the series are at least 50 tau long. Otherwise tau is likely
-    to be too small, and the sample size too large.
+    Attributes
+    ----------
+    tau : float
+        Integrated autocorrelation time, in recorded frames.
+    effective : float
+        Effective sample size: the number of independent values with an equal error of
+        the mean.
+    reliable : bool
+        True if the series are at least 50 tau long. Otherwise tau is likely to be too
+        small, and the sample size too large.
     """
 
     tau: float
@@ -57,9 +70,15 @@ class Autocorrelation(NamedTuple):
 
 
 class Drift(NamedTuple):
-    """Mean of the first tenth of the frames minus that of the second half.
+    """Change of the mean between the start and the end of a series.
 
-    `p` is the two-sided p-value of no drift.
+    Attributes
+    ----------
+    difference : float
+        Mean of the first tenth of the frames minus that of the second half, in the unit
+        of the series.
+    p : float
+        Two-sided p-value of no drift.
     """
 
     difference: float
@@ -67,15 +86,37 @@ class Drift(NamedTuple):
 
 
 def burn_in(series: ArrayLike) -> BurnIn:
-    """Return the truncation of MSER-5 for a series (T,), or for the mean of (m, T).
+    """Return the truncation of MSER-5 for a series, or for the mean of several series.
 
     Means of five frames are left out from the start until the error of the remaining
     mean is smallest. The error is computed as for white noise (White 1997, Simulation
     69, 323-334; Franklin and White 2008, Proc. Winter Simul. Conf., 541-546). A minimum
     in the second half is not the end of the transient: `end_found` is then False, and
     no frame is left out. The method is not valid for series that oscillate with a
-    period of the series length or longer. Raises ValueError for fewer than 20 frames
-    and for values that are not finite.
+    period of the series length or longer.
+
+    Parameters
+    ----------
+    series : array_like
+        A series (T,), or several series (m, T), T at least 20.
+
+    Returns
+    -------
+    BurnIn
+        The number of recorded frames to leave out, a multiple of five.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than 20 frames, or a value is not finite.
+
+    Examples
+    --------
+    >>> t = np.arange(400)
+    >>> burn_in(0.8 - 0.6 * np.exp(-t / 10) + 0.02 * np.sin(t))
+    BurnIn(frames=45, end_found=True)
+    >>> burn_in(0.8 - 0.001 * t)
+    BurnIn(frames=0, end_found=False)
     """
     values = as_series(series).mean(axis=0)
     if len(values) < FEWEST_FRAMES:
@@ -98,12 +139,31 @@ def burn_in(series: ArrayLike) -> BurnIn:
 
 
 def autocorrelation(series: ArrayLike) -> Floats:
-    """Return the autocorrelation function at lags 0 to T - 1, shape (T,).
+    """Return the autocorrelation function at lags 0 to T - 1.
 
     For several series, the autocovariances about the mean of each series are averaged.
-    Fourier transforms compute the autocovariances, with the divisor T at every lag. The
-    result is NaN if no series varies. Raises ValueError for an invalid shape and for
-    values that are not finite.
+    Fourier transforms compute the autocovariances, with the divisor T at every lag.
+
+    Parameters
+    ----------
+    series : array_like
+        A series (T,), or several series (m, T), T at least 2.
+
+    Returns
+    -------
+    array
+        Correlation at each lag in recorded frames, (T,); 1 at lag 0. NaN if no series
+        varies.
+
+    Raises
+    ------
+    ValueError
+        If the shape is invalid, or a value is not finite.
+
+    Examples
+    --------
+    >>> autocorrelation([1, 3, 1, 3, 1, 3]).round(2).tolist()
+    [1.0, -0.83, 0.67, -0.5, 0.33, -0.17]
     """
     values = as_series(series)
     length = values.shape[1]
@@ -125,8 +185,30 @@ def integrated_time(series: ArrayLike) -> Autocorrelation:
     ends at the first lag that is at least 5 tau (Sokal 1997, Monte Carlo Methods in
     Statistical Mechanics, section 3). Goodman and Weare (2010) and emcee use the method
     for several series. The series must be stationary: a drift, or a remaining burn-in,
-    makes tau large. The time is NaN if no series varies. Raises ValueError like
-    `autocorrelation`.
+    makes tau large.
+
+    Parameters
+    ----------
+    series : array_like
+        A series (T,), or several series (m, T), T at least 2.
+
+    Returns
+    -------
+    Autocorrelation
+        tau and the size are NaN if no series varies.
+
+    Raises
+    ------
+    ValueError
+        If the shape is invalid, or a value is not finite.
+
+    Examples
+    --------
+    >>> noise = np.random.default_rng(2).normal(size=10004)
+    >>> smoothed = np.convolve(noise, np.ones(5) / 5, mode="valid")
+    >>> time = integrated_time(smoothed)
+    >>> len(smoothed), round(time.tau, 1), round(time.effective), time.reliable
+    (10000, 5.0, 2008, True)
     """
     values = as_series(series)
     times = 2.0 * np.cumsum(autocorrelation(values)) - 1.0
@@ -147,9 +229,32 @@ def drift(series: ArrayLike) -> Drift:
     differences of the series. For fewer series, the error comes from the variance and
     the autocorrelation time of the second half, under the assumption that the second
     half is steady. The p-value of fewer series is not reliable if the second half is
-    shorter than 50 tau. The p-value is 1 if no series varies and the means are equal.
-    The p-value is NaN for ten or more equal differences. Raises ValueError like
-    `autocorrelation`.
+    shorter than 50 tau.
+
+    Parameters
+    ----------
+    series : array_like
+        A series (T,), or several series (m, T), T at least 2.
+
+    Returns
+    -------
+    Drift
+        The p-value is 1 if no series varies and the means are equal. The p-value is NaN
+        for ten or more equal differences.
+
+    Raises
+    ------
+    ValueError
+        If the shape is invalid, or a value is not finite.
+
+    Examples
+    --------
+    >>> steady = np.random.default_rng(0).normal(0.8, 0.05, (10, 200))
+    >>> round(drift(steady).p, 2)
+    0.77
+    >>> moved = drift(steady + np.linspace(0.0, 0.1, 200))
+    >>> round(moved.difference, 2), moved.p < 0.001
+    (-0.07, True)
     """
     values = as_series(series)
     length = values.shape[1]

@@ -19,7 +19,18 @@ FEWEST_REPLICATES = 10
 
 
 class Simultaneous(NamedTuple):
-    """Means with simultaneous confidence intervals and adjusted p-values, (k,) each."""
+    """Means with simultaneous confidence intervals and adjusted p-values.
+
+    Attributes
+    ----------
+    value : array
+        Means, in the unit of the values, (k,).
+    low, high : array
+        Bounds of the simultaneous confidence intervals, in the same unit, (k,) each;
+        NaN if unknown.
+    p : array
+        Adjusted p-values of a mean of zero, (k,); NaN if not testable.
+    """
 
     value: Floats
     low: Floats
@@ -48,11 +59,19 @@ def simultaneous_confidence(
     Returns
     -------
     float
+        Confidence of each interval, at least `confidence`.
 
     Raises
     ------
     ValueError
         If the correction is unknown, or `comparisons` is below 1.
+
+    Examples
+    --------
+    >>> round(simultaneous_confidence(10), 5)
+    0.995
+    >>> round(simultaneous_confidence(10, correction="sidak"), 5)
+    0.99488
     """
     if correction not in get_args(Correction):
         raise ValueError(unknown("correction", correction, get_args(Correction)))
@@ -64,12 +83,26 @@ def simultaneous_confidence(
 
 
 def holm(p_values: Sequence[float] | Floats) -> Floats:
-    """Return p-values (k,) adjusted for k tests by Holm's method.
+    """Return p-values adjusted for k tests by Holm's method.
 
     If all hypotheses with an adjusted p-value below a level are rejected, the
     probability of any error is at most the level. The method (Holm 1979, Scand. J.
-    Stat. 6, 65-70) is valid for any dependence of the tests. A NaN stays NaN and does
-    not count as a test.
+    Stat. 6, 65-70) is valid for any dependence of the tests.
+
+    Parameters
+    ----------
+    p_values : sequence of float or array
+        The p-value of each test, (k,). A NaN stays NaN and does not count as a test.
+
+    Returns
+    -------
+    array
+        Adjusted p-values, (k,), in the order of `p_values`.
+
+    Examples
+    --------
+    >>> holm([0.01, 0.04, np.nan, 0.03]).round(3).tolist()
+    [0.03, 0.06, nan, 0.06]
     """
     p = np.asarray(p_values, np.float64)
     adjusted = np.full(len(p), np.nan)
@@ -82,11 +115,32 @@ def holm(p_values: Sequence[float] | Floats) -> Floats:
 def adjusted(
     p_values: Sequence[float] | Floats, adjustment: Adjustment = "holm"
 ) -> Floats:
-    """Return p-values (k,) adjusted for multiple comparisons.
+    """Return p-values adjusted for multiple comparisons.
 
-    `holm` gives p-values that are never larger than Bonferroni's. "bonferroni" and
-    "sidak" agree with the intervals at `simultaneous_confidence`. A NaN stays NaN and
-    does not count as a test. Raises ValueError for an unknown adjustment.
+    Parameters
+    ----------
+    p_values : sequence of float or array
+        The p-value of each test, (k,). A NaN stays NaN and does not count as a test.
+    adjustment : {"holm", "bonferroni", "sidak"}, default "holm"
+        `holm` gives p-values that are never larger than Bonferroni's. "bonferroni" and
+        "sidak" agree with the intervals at `simultaneous_confidence`.
+
+    Returns
+    -------
+    array
+        Adjusted p-values, (k,), in the order of `p_values`.
+
+    Raises
+    ------
+    ValueError
+        If the adjustment is unknown.
+
+    Examples
+    --------
+    >>> adjusted([0.01, 0.04, 0.03]).round(3).tolist()
+    [0.03, 0.06, 0.06]
+    >>> adjusted([0.01, 0.04, 0.03], "bonferroni").round(3).tolist()
+    [0.03, 0.12, 0.09]
     """
     if adjustment not in get_args(Adjustment):
         raise ValueError(unknown("adjustment", adjustment, get_args(Adjustment)))
@@ -104,19 +158,44 @@ def adjusted(
 def max_t(differences: ArrayLike, confidence: float = CONFIDENCE) -> Simultaneous:
     """Return simultaneous confidence intervals of k means, by the bootstrap.
 
-    `differences` are (n, k): n independent replicates of k contrasts. Whole replicates
-    are resampled. The quantile is the quantile of the largest of the k Student
-    statistics (Westfall and Young 1993, Resampling-Based Multiple Testing, section 2;
-    Romano and Wolf 2005, Econometrica 73, 1237-1282). The method includes the
-    correlation of contrasts with a common reference, so the intervals are narrower than
-    Bonferroni's.
+    Whole replicates are resampled. The quantile is the quantile of the largest of the
+    k Student statistics (Westfall and Young 1993, Resampling-Based Multiple Testing,
+    section 2; Romano and Wolf 2005, Econometrica 73, 1237-1282). The method includes
+    the correlation of contrasts with a common reference, so the intervals are narrower
+    than Bonferroni's.
 
     The statistic is studentised in each resample. Otherwise few replicates would give
     intervals that are too narrow. The intervals are approximate: for about ten
-    replicates they are too wide rather than too narrow. Bounds and p are NaN for a
-    contrast if all differences but at most one are equal. The resamples of the contrast
-    are equal too, so the contrast is left out. Raises ValueError for fewer than ten
-    replicates and for values that are not finite.
+    replicates they are too wide rather than too narrow.
+
+    Parameters
+    ----------
+    differences : array_like
+        Differences of k contrasts in n independent replicates, (n, k).
+    confidence : float, default 0.95
+        Simultaneous confidence of all intervals.
+
+    Returns
+    -------
+    Simultaneous
+        The means of the k contrasts. Bounds and p are NaN for a contrast if all
+        differences but at most one are equal. The resamples of the contrast are equal
+        too, so the contrast is left out.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than ten replicates, or a value is not finite.
+
+    Examples
+    --------
+    >>> first = [0.12, 0.05, 0.11, 0.09, 0.14, 0.02, 0.08, 0.1, 0.07, 0.12]
+    >>> second = [0.03, -0.04, 0.05, 0.0, 0.06, -0.05, 0.01, 0.02, -0.02, 0.04]
+    >>> means = max_t(np.column_stack([first, second]))
+    >>> means.value.round(3).tolist(), means.low.round(3).tolist()
+    ([0.09, 0.01], [0.061, -0.02])
+    >>> means.p.round(4).tolist()
+    [0.0004, 0.4734]
     """
     values = np.asarray(differences, np.float64)
     n = len(values)

@@ -33,13 +33,16 @@ class SteadyState:
 
     Attributes
     ----------
-    mean, low, high : float
+    mean : float
+        Mean over the frames after the burn-in, in the unit of the series.
+    low, high : float
+        Bounds of the confidence interval of the mean, in the same unit.
     series : int
         Number of series.
     burn_in : int
-        Frames that are left out from the start.
+        Recorded frames that are left out from the start.
     tau : float
-        Integrated autocorrelation time in frames.
+        Integrated autocorrelation time in recorded frames.
     effective : float
         Effective sample size.
     reliable : bool
@@ -85,7 +88,7 @@ class SeriesTables(Protocol):
 
 
 def steady_state(series: ArrayLike, confidence: float = CONFIDENCE) -> SteadyState:
-    """Estimate the mean of a series (T,) or independent series (m, T) after burn-in.
+    """Estimate the mean of a series or of several independent series after the burn-in.
 
     `burn_in` decides which frames to leave out, and `drift` tests the rest at 1 %. For
     ten series or more this test alone decides whether there is a problem.
@@ -97,7 +100,31 @@ def steady_state(series: ArrayLike, confidence: float = CONFIDENCE) -> SteadySta
     series, the interval is Student's interval of the series means. This interval needs
     no minimum length, and is also valid if each series settles at a different mean.
 
-    Raises ValueError for fewer than 20 frames and for values that are not finite.
+    Parameters
+    ----------
+    series : array_like
+        A series (T,), or several series (m, T), T at least 20.
+    confidence : float, default 0.95
+
+    Returns
+    -------
+    SteadyState
+        With times in recorded frames.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than 20 frames, or a value is not finite.
+
+    Examples
+    --------
+    >>> noise = np.random.default_rng(0).normal(0.0, 0.05, (10, 200))
+    >>> state = steady_state(0.8 - 0.6 * np.exp(-np.arange(200) / 8) + noise)
+    >>> state.burn_in, round(state.mean, 2), state.stationary
+    (65, 0.8, True)
+    >>> steady_state(np.linspace(0.0, 1.0, 200)).problems
+    ('the mean drifts', 'no end of a burn-in was found',
+     'shorter than 50 autocorrelation times')
     """
     values = as_series(series)
     start = burn_in(values)
@@ -161,6 +188,16 @@ def steady_states(
     ------
     ValueError
         If the study has not recorded `metric`, or has fewer than 20 frames.
+
+    Examples
+    --------
+    >>> study = sweep.load("my/first")
+    >>> states = steady_states(study, "polarization").round(2)
+    >>> states[["separation_weight", "mean", "low", "high", "burn_in", "stationary"]]
+       separation_weight  mean   low  high  burn_in  stationary
+    0                0.5  0.37  0.31  0.43        0       False
+    1                1.0  0.37  0.31  0.43       25        True
+    2                2.0  0.37  0.32  0.43        0       False
     """
     if metric not in study.series or metric in ("trial_id", "frame"):
         raise ValueError(

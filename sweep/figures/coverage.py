@@ -62,6 +62,7 @@ def coverage_figure(
     Parameters
     ----------
     study : StoredStudy
+        A study with stored heatmaps.
 
     Returns
     -------
@@ -71,6 +72,15 @@ def coverage_figure(
     ------
     ChoiceError
         If no heatmaps are stored, or there are more than twelve points.
+    StoreError
+        If a done trial has no heatmap.
+
+    Examples
+    --------
+    >>> study = sweep.load("my/map").where(cohesion_weight=0.01)
+    >>> panel, colour_bar = coverage_figure(study).axes
+    >>> panel.get_title(), colour_bar.get_ylabel()
+    ('coverage 3.02 [2.71, 3.34] %', 'mean visits per pixel')
     """
     return draw_coverage(coverage_layout(study))
 

@@ -84,6 +84,14 @@ def metric_curves(
     ChoiceError
         If no series are stored, a name is unknown, or there are too many lines or
         panels.
+
+    Examples
+    --------
+    >>> figure = metric_curves(sweep.load("my/first"), by="separation_weight")
+    >>> [axes.get_ylabel() for axes in figure.axes]
+    ['speed (px/step)', 'polarization']
+    >>> [line.get_label() for line in figure.axes[0].lines]
+    ['0.5', '1', '2']
     """
     return draw_curves(curves_layout(study, by, as_names(metrics)))
 

@@ -94,6 +94,15 @@ def draw_map(
         default obstacles have no outline.
     downwards : bool, default True
         Let y increase downwards.
+
+    Examples
+    --------
+    >>> study = sweep.load("my/map")
+    >>> world = study.world(study.trials["trial_id"][0])
+    >>> _, axes = plt.subplots()
+    >>> draw_map(axes, world, "px")
+    >>> axes.get_xlabel(), len(axes.collections[0].get_paths())
+    ('x (px)', 18)
     """
     draw_obstacles(axes, world, face=face, outline=outline)
     axes.set(
@@ -190,6 +199,15 @@ def draw_flock(
         Length of a triangle, in the unit of the positions.
     colour : str or list of str, default "0.1"
         One colour for all boids, or a colour per boid.
+
+    Examples
+    --------
+    >>> study = sweep.load("my/map")
+    >>> frames, bodies = study.trajectory(study.trials["trial_id"][0])
+    >>> _, axes = plt.subplots()
+    >>> draw_flock(axes, bodies[-1], length=15)
+    >>> len(axes.collections[0].get_paths())
+    20
     """
     x, y, vx, vy = bodies
     heading = np.arctan2(vy, vx)
@@ -244,6 +262,17 @@ def draw_visits(
     -------
     AxesImage
         The image, for example for a colour bar.
+
+    Examples
+    --------
+    >>> study = sweep.load("my/map")
+    >>> trial, visits = study.heatmaps.iloc[0]
+    >>> figure, axes = plt.subplots()
+    >>> image = draw_visits(axes, visits, study.world(trial), most=3)
+    >>> figure.colorbar(image, label="visits").ax.get_ylabel()
+    'visits'
+    >>> image.get_extent()
+    [-0.5, 799.5, 599.5, -0.5]
     """
     rows, columns = np.shape(visits)
     extent = (-0.5 * pixel, (columns - 0.5) * pixel, (rows - 0.5) * pixel, -0.5 * pixel)
@@ -277,9 +306,20 @@ def draw_values(
     table : tuple of three array_like, shape (k,)
         Value, low and high. An interval that is NaN is not drawn.
     colour : str
+        Colour of markers and lines.
     marker : str, default "o"
+        Marker of Matplotlib.
     label : str, default ""
         Name of the markers in a legend.
+
+    Examples
+    --------
+    >>> table = sweep.load("my/first").table("speed")
+    >>> means = table["speed"], table["speed_low"], table["speed_high"]
+    >>> _, axes = plt.subplots()
+    >>> draw_values(axes, [0, 1, 2], means, BLUE)
+    >>> axes.lines[0].get_xdata().round(2).tolist()
+    [1.86, 0.38, 2.61]
     """
     value, low, high = (np.asarray(column, np.float64) for column in table)
     axes.hlines(places, low, high, color=colour, linewidth=1.4)
@@ -295,7 +335,22 @@ def draw_values(
 
 
 def name_rows(axes: Axes, names: Sequence[str]) -> None:
-    """Name the rows 0, 1, ... of axes, the first at the top, with a small margin."""
+    """Name the rows 0, 1, ... of axes, the first at the top, with a small margin.
+
+    Parameters
+    ----------
+    axes : Axes
+    names : sequence of str
+        A name per row.
+
+    Examples
+    --------
+    >>> _, axes = plt.subplots()
+    >>> draw_values(axes, [0, 1], ([0.4, 0.7], [0.3, 0.6], [0.5, 0.8]), BLUE)
+    >>> name_rows(axes, ["with noise", "without noise"])
+    >>> [label.get_text() for label in axes.get_yticklabels()]
+    ['with noise', 'without noise']
+    """
     axes.set_yticks(range(len(names)), names)
     axes.set_ylim(len(names) - 0.4, -0.6)
     axes.tick_params(axis="y", length=0)
@@ -308,6 +363,19 @@ def note(figure: Figure, text: str) -> None:
 
     The note names the study, the number of trials and the kind of interval. A line that
     is wider than the figure is broken.
+
+    Parameters
+    ----------
+    figure : Figure
+    text : str
+        The note, of one or several lines.
+
+    Examples
+    --------
+    >>> figure, axes = plt.subplots()
+    >>> note(figure, "my/first: 10 trials per point, mean with 95 % interval")
+    >>> figure.get_supxlabel()
+    'my/first: 10 trials per point, mean with 95 % interval'
     """
     letters = int(LETTERS_AN_INCH * figure.get_size_inches()[0])
     lines = [part for line in text.split("\n") for part in wrap(line, letters)]
@@ -324,6 +392,15 @@ def legend(figure: Figure, axes: Axes, columns: int = 4) -> None:
         Axes with labelled lines and markers.
     columns : int, default 4
         The most columns of the legend.
+
+    Examples
+    --------
+    >>> figure, axes = plt.subplots()
+    >>> draw_values(axes, [0], ([0.4], [0.3], [0.5]), BLUE, label="torus")
+    >>> draw_values(axes, [1], ([0.7], [0.6], [0.8]), GREEN, "s", label="bounded")
+    >>> legend(figure, axes)
+    >>> [text.get_text() for text in figure.legends[0].get_texts()]
+    ['torus', 'bounded']
     """
     legend_of(figure, *axes.get_legend_handles_labels(), columns=columns)
 
@@ -383,8 +460,25 @@ def _inches(figure: Figure, box: Legend) -> tuple[float, float]:
 def quantity(study: Results, name: str) -> str:
     """Return a metric or a parameter in words, with the unit: `flock radius (px)`.
 
-    The column `<metric>_mean` is the mean of a metric over the second half of a trial;
-    the result is `flock radius, second half (px)`.
+    Parameters
+    ----------
+    study : Results
+    name : str
+        A metric, a parameter, or a column `<metric>_mean`. Such a column is the mean of
+        a metric over the second half of a trial.
+
+    Returns
+    -------
+    str
+        The words; a quantity without a unit has no brackets.
+
+    Examples
+    --------
+    >>> study = sweep.load("my/first")
+    >>> quantity(study, "separation_weight")
+    'separation weight'
+    >>> quantity(study, "speed_mean")
+    'speed, second half (px/step)'
     """
     column = Column.read(name)
     half = ", second half" if column.half and column.metric in study.metrics else ""
@@ -399,7 +493,22 @@ def quantity(study: Results, name: str) -> str:
 def words(value: object) -> str:
     """Return the value of a parameter in words, such as `yes`, `0.5` or `in margin`.
 
-    Infinity is `unlimited`, "" is `unchanged`, and several values are `50 or 100`.
+    Parameters
+    ----------
+    value : object
+        A value, or a tuple of values.
+
+    Returns
+    -------
+    str
+        Infinity is `unlimited`, "" is `unchanged`, and several values are `50 or 100`.
+
+    Examples
+    --------
+    >>> words(True), words(math.inf), words("in_margin")
+    ('yes', 'unlimited', 'in margin')
+    >>> words((50, 100))
+    '50 or 100'
     """
     if isinstance(value, tuple):
         return " or ".join(map(words, value))

@@ -112,6 +112,7 @@ def heatmap_figure(
     ----------
     study : Results
     metric : str
+        A recorded metric.
     x, y : str, optional
         Parameters of the axes; by default the first sampled parameters, then the listed
         numbers with the most values.
@@ -127,6 +128,18 @@ def heatmap_figure(
     ChoiceError
         If a name is unknown, fewer than two parameters vary, or there are more than
         twelve panels.
+
+    Examples
+    --------
+    >>> spec = {"study": "my/grid", "model": "nguyen2024", "replicates": 3}
+    >>> spec["fixed"] = {"n": 10, "steps": 20}
+    >>> spec["sweep"] = {"alignment_weight": [0.1, 1], "separation_weight": [1, 2, 4]}
+    >>> figure = heatmap_figure(sweep.run(spec), "polarization")
+    >>> for colour_bar in figure.axes[1::2]:
+    ...     print(colour_bar.get_ylabel())
+    polarization
+    half-width of the 95 % CI of
+    polarization
     """
     return draw_heatmap(heatmap_layout(study, column_over(metric, over), x, y))
 

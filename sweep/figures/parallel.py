@@ -83,6 +83,16 @@ def parallel_figure(
     ChoiceError
         If a name is unknown, no parameter is sampled, or there are more than twelve
         panels.
+
+    Examples
+    --------
+    >>> spec = {"study": "my/sampled", "model": "nguyen2024", "replicates": 1}
+    >>> spec["fixed"] = {"n": 10, "steps": 20}
+    >>> weights = {"separation_weight": {"uniform": [0, 2]}}
+    >>> spec["sweep"] = {"weights": {"sample": "random", "points": 20, **weights}}
+    >>> figure = parallel_figure(sweep.run(spec), "polarization+")
+    >>> [text.get_text() for text in figure.legends[0].get_texts()]
+    ['5 % with the highest polarization', 'other points']
     """
     return draw_parallel(parallel_layout(study, column_over(metric, over)))
 

@@ -91,6 +91,16 @@ def pareto_figure(
     ChoiceError
         If a name is unknown, there are not two metrics, there is one point, or there
         are more than twelve panels.
+
+    Examples
+    --------
+    >>> study = sweep.load("my/first")
+    >>> axes = pareto_figure(study, "polarization+", "speed+").axes[0]
+    >>> axes.get_xlabel(), axes.get_ylabel()
+    ('polarization, more is better', 'speed (px/step), more is better')
+    >>> points, front = axes.lines
+    >>> front.get_xydata().round(2).tolist()
+    [[0.58, 2.61]]
     """
     names = [column_over(name, over) for name in (first, second) if name]
     return draw_pareto(pareto_layout(study, names, by=by))

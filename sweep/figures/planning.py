@@ -18,9 +18,17 @@ from sweep.tables import Results, StoredStudy
 class Choices(NamedTuple):
     """The metrics and parameters to draw.
 
-    A metric may have a direction, such as `coverage+`. Without metrics the objectives
-    of a search are drawn, or else all recorded metrics. `half` takes the mean of a
-    metric over the second half of a trial.
+    Attributes
+    ----------
+    metrics : tuple of str, default ()
+        Metrics, each optionally with a direction, such as `coverage+`. If empty, the
+        objectives of a search are drawn, or else all recorded metrics.
+    by : str, optional
+        Parameter of the lines or colours.
+    x, y : str, optional
+        Parameters of the axes.
+    half : bool, default False
+        Use the mean over the second half of each trial in place of the last frame.
     """
 
     metrics: tuple[str, ...] = ()
@@ -32,7 +40,19 @@ class Choices(NamedTuple):
     def columns(self, study: Results) -> list[str]:
         """Return the columns of the trials to draw, with directions, if chosen.
 
-        Raises ChoiceError for an unknown metric.
+        Parameters
+        ----------
+        study : Results
+
+        Returns
+        -------
+        list of str
+            Columns such as `coverage+` or `coverage_mean`.
+
+        Raises
+        ------
+        ChoiceError
+            If a metric is unknown.
         """
         named = [
             (direction(study, text).metric, text[len(text.rstrip("+-")) :])
@@ -44,12 +64,35 @@ class Choices(NamedTuple):
         ]
 
     def plain(self, study: Results) -> list[str]:
-        """Return the columns of the trials to draw, without directions."""
+        """Return the columns of the trials to draw, without directions.
+
+        Parameters
+        ----------
+        study : Results
+
+        Returns
+        -------
+        list of str
+            Columns such as `coverage` or `coverage_mean`.
+
+        Raises
+        ------
+        ChoiceError
+            If a metric is unknown.
+        """
         return [text.rstrip("+-") for text in self.columns(study)]
 
 
 class Planned(NamedTuple):
-    """A figure to draw: the metric in the name of its file, or "", and a function."""
+    """A figure to draw later.
+
+    Attributes
+    ----------
+    metric : str
+        The metric in the name of the file of the figure, or "".
+    draw : callable
+        Function without arguments that returns a Figure.
+    """
 
     metric: str
     draw: Callable[[], Figure]
@@ -95,6 +138,10 @@ class FigureKind(NamedTuple):
             One study, or several joined.
         choices : Choices
 
+        Returns
+        -------
+        list of Planned
+
         Raises
         ------
         ChoiceError
@@ -111,6 +158,11 @@ class FigureKind(NamedTuple):
         ----------
         study : Results
         choices : Choices
+
+        Returns
+        -------
+        str
+            The reason, or "".
         """
         try:
             self.figures(study, choices)

@@ -36,7 +36,7 @@ def save(
     ----------
     figure : Figure
     path : Path
-        Path of the files without extensions.
+        Path of the files without extensions. Missing folders are made.
     metadata : mapping of str to str, optional
         Text chunks of a PNG, subject and keywords of a PDF, description of an SVG.
     watermark : str, default ""
@@ -55,6 +55,14 @@ def save(
     ------
     OutputError
         If a file cannot be written.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> figure = scatter_figure(sweep.load("my/first"), "speed")
+    >>> files = save(figure, Path("speed"), {"Study": "my/first"})
+    >>> [file.name for file in files]
+    ['speed.png', 'speed.pdf']
     """
     (below or path.parent).mkdir(parents=True, exist_ok=True)
     if watermark:
@@ -93,7 +101,26 @@ def _hash(study: StoredStudy) -> str:
 def saved_about(path: Path) -> dict[str, str]:
     """Return the metadata of the PNG that `save` wrote at a path without extension.
 
-    The result is empty if the PNG is missing or damaged, or the PDF is missing.
+    Parameters
+    ----------
+    path : Path
+        Path of the files without extensions.
+
+    Returns
+    -------
+    dict of str
+        Text chunks of the PNG by key; empty if the PNG is missing or damaged, or the
+        PDF is missing.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> figure = scatter_figure(sweep.load("my/first"), "speed")
+    >>> files = save(figure, Path("speed-about"), {"Study": "my/first"})
+    >>> saved_about(Path("speed-about"))
+    {'Software': 'boidsweep', 'Study': 'my/first'}
+    >>> saved_about(Path("missing"))
+    {}
     """
     from PIL import Image
 

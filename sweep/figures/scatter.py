@@ -92,6 +92,7 @@ def scatter_figure(
     ----------
     study : Results
     metric : str
+        A recorded metric.
     x : str, optional
         Parameter of the x axis; by default each sampled parameter has a panel, or else
         each listed parameter.
@@ -109,6 +110,16 @@ def scatter_figure(
     ------
     ChoiceError
         If a name is unknown, no parameter varies, or there are more than twelve panels.
+
+    Examples
+    --------
+    >>> figure = scatter_figure(sweep.load("my/first"), "polarization")
+    >>> axes = figure.axes[0]
+    >>> axes.get_xlabel(), axes.get_ylabel()
+    ('separation weight', 'polarization')
+    >>> means = axes.lines[0]
+    >>> means.get_xydata().round(2).tolist()
+    [[0.5, 0.57], [1.0, 0.3], [2.0, 0.58]]
     """
     return draw_scatter(scatter_layout(study, column_over(metric, over), x, by=by))
 

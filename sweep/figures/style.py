@@ -32,8 +32,15 @@ GREY = "0.35"
 class Drawing(NamedTuple):
     """A figure in the file figures.py of a study.
 
-    `draw` takes the stored studies by the names of the specs. `specs` are the names of
-    the required specs. `text` is a caption of one line.
+    Attributes
+    ----------
+    draw : callable
+        Function that takes the stored studies by the names of the specs, and returns a
+        Figure.
+    specs : tuple of str
+        Names of the required specs.
+    text : str
+        Caption of one line.
     """
 
     draw: Callable[[dict[str, StoredStudy]], Figure]

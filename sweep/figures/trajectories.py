@@ -65,6 +65,7 @@ def trajectories_figure(
     Parameters
     ----------
     study : StoredStudy
+        A study with stored trajectories.
 
     Returns
     -------
@@ -74,6 +75,14 @@ def trajectories_figure(
     ------
     ChoiceError
         If no trajectories are stored, or there are more than four points.
+
+    Examples
+    --------
+    >>> figure = trajectories_figure(sweep.load("my/map"))
+    >>> for axes in figure.axes[:2]:
+    ...     print(axes.get_title())
+    cohesion weight = 0.01, replicate 0
+    cohesion weight = 0.01, replicate 1
     """
     return draw_trajectories(trajectories_layout(study))
 

@@ -45,6 +45,12 @@ class Results(ABC):
         The parameters by which `where` has restricted the study.
     conditions : tuple of str
         The conditions by which `where` has restricted the results.
+
+    Examples
+    --------
+    >>> part = sweep.load("my/first").where("separation_weight >= 1", n=30)
+    >>> part.name, part.chosen, part.conditions
+    ('my/first', {'n': 30}, ('separation_weight >= 1',))
     """
 
     name: str
@@ -129,28 +135,74 @@ class Results(ABC):
 
     @property
     def differ(self) -> Mapping[str, list[Any]]:
-        """The fixed parameters in which the studies differ, with each value: empty."""
+        """The fixed parameters in which the studies differ, with each value: empty.
+
+        Examples
+        --------
+        >>> sweep.load("my/first").differ
+        {}
+        """
         return {}
 
     @property
     def restricted(self) -> bool:
-        """True if `where` has restricted the study."""
+        """True if `where` has restricted the study.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> study.restricted, study.where(separation_weight=1).restricted
+        (False, True)
+        """
         return bool(self.chosen or self.conditions)
 
     @cached_property
     def tried(self) -> NDArray[np.bool_]:
-        """True for each of the `points` that has a stored trial, (points,)."""
+        """True for each of the `points` that has a stored trial, (points,).
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> study.tried.tolist()
+        [True, True, True]
+        """
         stored = pd.Index(self.trials["point"].unique())
         tried: NDArray[np.bool_] = stored.get_indexer(self.points.index) >= 0
         return tried
 
     @property
     def done(self) -> NDArray[np.bool_]:
-        """True for each of the `trials` that is done, (trials,)."""
+        """True for each of the `trials` that is done, (trials,).
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> int(study.done.sum())
+        30
+        """
         return (self.trials["status"] == "done").to_numpy(np.bool_)
 
     def check_metric(self, name: str) -> None:
-        """Raise ChoiceError unless a metric of that name is recorded."""
+        """Raise ChoiceError unless a metric of that name is recorded.
+
+        Parameters
+        ----------
+        name : str
+            The name of the metric.
+
+        Raises
+        ------
+        ChoiceError
+            If no such metric is recorded.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> study.check_metric("coverage")
+        Traceback (most recent call last):
+        ...
+        sweep.errors.ChoiceError: study my/first: unknown metric "coverage". ...
+        """
         if name in self.metrics:
             return
         column = Column.read(name)
@@ -164,12 +216,26 @@ class Results(ABC):
 
     @property
     def missing(self) -> int:
-        """The number of trials of the spec that are not stored."""
+        """The number of trials of the spec that are not stored.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> study.missing
+        0
+        """
         return int(self.plan.num_rows) - len(self.trials)
 
     @property
     def untried(self) -> int:
-        """The number of points of the spec without a stored trial."""
+        """The number of points of the spec without a stored trial.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> study.untried
+        0
+        """
         return int((~self.tried).sum())
 
     def means(
@@ -200,7 +266,13 @@ class Results(ABC):
 
         Examples
         --------
-        >>> study.means("polarization", over="half")
+        >>> study = sweep.load("my/first")
+        >>> means = study.means("polarization", over="half")
+        >>> means[["separation_weight", "polarization_mean"]].round(2)
+           separation_weight  polarization_mean
+        0                0.5               0.49
+        1                1.0               0.38
+        2                2.0               0.50
         """
         return by_point(
             self.trials,
@@ -222,6 +294,17 @@ class Results(ABC):
         metric : str
         values : array_like
             One value per trial, (n,), for example the mean over some frames.
+
+        Returns
+        -------
+        Interval
+            With `value`, `low`, `high` and `n`.
+
+        Examples
+        --------
+        >>> mean = sweep.load("my/first").mean_of("speed", [1.0, 1.2, 1.4])
+        >>> round(mean.value, 2), round(mean.low, 2), round(mean.high, 2)
+        (1.2, 0.7, 1.7)
         """
         return mean_interval(values, distribution=self.distributions[metric])
 
@@ -231,6 +314,12 @@ class Results(ABC):
 
         The metrics decided the number of trials of a point. Empty if the number of
         trials is fixed. `means` uses the confidences.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/until")
+        >>> study.repeated
+        {'speed': 0.98...}
         """
         looks = self.looks
         return dict.fromkeys(looks.metrics, looks.nominal) if looks else {}

@@ -133,6 +133,12 @@ class StoredStudy(Results):
         If `name` cannot be the name of a study.
     StoreError
         If the study is not stored there.
+
+    Examples
+    --------
+    >>> study = sweep.load("my/first")
+    >>> study.metrics, study.varied, len(study.trials)
+    (['speed', 'polarization'], ['separation_weight'], 30)
     """
 
     split: Split | None = None
@@ -188,7 +194,11 @@ class StoredStudy(Results):
 
         Examples
         --------
-        >>> study.where("separation_weight >= 1", map=["empty", "cafeteria"])
+        >>> study = sweep.load("my/first")
+        >>> study.where("separation_weight >= 1")
+        <StoredStudy my/first where separation_weight >= 1: 20 trials>
+        >>> study.where(separation_weight=[0.5, 2])
+        <StoredStudy my/first where separation_weight = 0.5 or 2: 20 trials>
         """
         if not texts and not settings:
             return self
@@ -225,6 +235,15 @@ class StoredStudy(Results):
         StoredStudy
             The study, in which a point with several labels becomes several points with
             ids `label:point`.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> is_fast = study.trials.set_index("trial_id")["speed"] > 1
+        >>> pace = is_fast.map({True: "fast", False: "slow"})
+        >>> divided = study.divided("pace", pace, {"slow": "Some trials are slow."})
+        >>> divided.varied, divided.apart_notes
+        (['pace', 'separation_weight'], ['Some trials are slow.'])
         """
         part = copy.copy(self)
         for name in OF_POINTS:
@@ -253,6 +272,18 @@ class StoredStudy(Results):
             A function that converts a stored table, or the plan.
         left_out : mapping of str to str
             Metrics that cannot be converted, each with the reason.
+
+        Returns
+        -------
+        StoredStudy
+            The study, without the metrics of `left_out`.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> same = study.converted(lambda table: table, {"speed": "other unit"})
+        >>> same.metrics, same.left_out
+        (['polarization'], {'speed': 'other unit'})
         """
         part = self._without_tables()
         part.conversion = Conversion(table, left_out)
@@ -307,7 +338,14 @@ class StoredStudy(Results):
 
     @cached_property
     def whole(self) -> Self:
-        """The study before any `where`."""
+        """The study before any `where`.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> study.where(separation_weight=1).whole
+        <StoredStudy my/first: 30 trials>
+        """
         return self
 
     @cached_property
@@ -315,6 +353,12 @@ class StoredStudy(Results):
         """The stored requests of a search at the time of the first access.
 
         None if the study is no search.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/gains")
+        >>> study.asked.column_names
+        ['run', 'phase', 'candidate', 'batch', 'block', 'scenario', 'trial_id']
         """
         return self.store.read_asked() if self.whole is self else self.whole.asked
 
@@ -324,6 +368,27 @@ class StoredStudy(Results):
         `trials` has `POINT_COLUMNS`, the parameters that differ and these metrics. For
         a million trials the first reading takes a second, and a reading of further
         metrics a tenth of a second.
+
+        Parameters
+        ----------
+        metrics : sequence of str
+            Names of metrics; a name that is not recorded is ignored.
+
+        Returns
+        -------
+        StoredStudy
+            The study, whose other tables have all columns.
+
+        Raises
+        ------
+        StoreError
+            If a column is missing.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> study.narrow(["speed"]).trials.columns.tolist()
+        ['trial_id', 'point', 'model', ..., 'separation_weight', 'speed', 'speed_mean']
         """
         chosen = [name for name in metrics if name in self.metrics]
         try:
@@ -374,6 +439,12 @@ class StoredStudy(Results):
         The columns are the labels of the split, and every parameter that differs
         between the points of the spec. If an axis ablates a preset, there is a column
         `detail`, or `detail_<preset>` for each of several ablated presets.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> study.points["separation_weight"].tolist()
+        [0.5, 1.0, 2.0]
         """
         varied = [*([self.split.column] if self.split else []), *self.about.varied]
         numbers = self.plan["point"].combine_chunks().dictionary_encode().indices
@@ -390,6 +461,12 @@ class StoredStudy(Results):
 
         The columns are the parameters that differ; `detail` replaces the parameters
         that an axis ablates.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/ablation")
+        >>> study.varied, study.headings
+        (['motor_lag', 'sensing_delay', 'sensing_period'], ['detail'])
         """
         ablated = self.about.ablated
         switched = {
@@ -400,7 +477,14 @@ class StoredStudy(Results):
 
     @cached_property
     def chooser(self) -> Chooser:
-        """The chooser of points by every parameter and `detail`, for `where`."""
+        """The chooser of points by every parameter and `detail`, for `where`.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> study.chooser.having({"separation_weight": 1.0}).tolist()
+        [False, True, False]
+        """
         points = self.points
         columns: dict[str, Any] = {
             str(name): column.to_numpy() for name, column in points.items()
@@ -437,6 +521,12 @@ class StoredStudy(Results):
         ------
         ChoiceError
             If no axis of the study ablates that preset.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/ablation")
+        >>> study.details("real").unique().tolist()
+        ['', 'slow', 'late', 'all']
         """
         ablated = self.about.ablated
         if preset not in ablated:
@@ -450,7 +540,25 @@ class StoredStudy(Results):
         )
 
     def detail(self, preset: str) -> str:
-        """Return the column of `points` that has the components of a preset."""
+        """Return the column of `points` that has the components of a preset.
+
+        Parameters
+        ----------
+        preset : str
+            The ablated preset, or the name of the axis if the spec names the
+            components.
+
+        Returns
+        -------
+        str
+            "detail", or `detail_<preset>` if several presets are ablated.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/ablation")
+        >>> study.detail("real")
+        'detail'
+        """
         return DETAIL if len(self.about.ablated) == 1 else f"{DETAIL}_{preset}"
 
     def _details(self, preset: str, points: pd.DataFrame) -> list[str]:
@@ -468,7 +576,24 @@ class StoredStudy(Results):
         return [label(row.tolist(), names) for row in changed]
 
     def detail_names(self, preset: str) -> list[str]:
-        """Return the names of the components of a preset, or of an axis with names."""
+        """Return the names of the components of a preset, or of an axis with names.
+
+        Parameters
+        ----------
+        preset : str
+            The ablated preset, or the name of the axis.
+
+        Returns
+        -------
+        list of str
+            The names in the spec, or the first parameter of each component.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/ablation")
+        >>> study.detail_names("real")
+        ['slow', 'late']
+        """
         groups = self.about.ablated[preset]
         return self.about.details or [names[0] for names in groups]
 
@@ -477,14 +602,40 @@ class StoredStudy(Results):
         """The models, metrics, maps and starts of the study, by name.
 
         Custom code is not loaded.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> "cafeteria" in study.known.maps
+        True
         """
         return known_without_code(self.store, self.provenance)
 
     def running(self, origin: Mapping[str, Any]) -> Catalogue:
         """Return the catalogue of names for trials of an origin that run again.
 
-        The catalogue has the custom code that computed the trials. Raises CodeError if
-        the code is not allowed to run.
+        The catalogue has the custom code that computed the trials.
+
+        Parameters
+        ----------
+        origin : mapping
+            The provenance of the trials.
+
+        Returns
+        -------
+        Catalogue
+            The models, metrics, maps and starts by name.
+
+        Raises
+        ------
+        CodeError
+            If the code is not allowed to run.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> "nguyen2024" in study.running(study.provenance).models
+        True
         """
         return known_with_code(self.store, origin, self.trust)
 
@@ -492,6 +643,23 @@ class StoredStudy(Results):
         """Return the files of custom code that changed since a stored trial.
 
         The files are next to the spec. The trial runs again with the original code.
+
+        Parameters
+        ----------
+        stored : StoredTrial
+            The trial that `trial` returns.
+
+        Returns
+        -------
+        list of Path
+            The changed files.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> trial = study.trial(study.trials["trial_id"][0])
+        >>> study.other_now(trial)  # the study has no custom code
+        []
         """
         return other_now(self.store, stored.provenance)
 
@@ -500,6 +668,12 @@ class StoredStudy(Results):
         """The text of each file of custom code, by the sha256 of the files together.
 
         Files of the spec come first, then files that computed further stored trials.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> study.own_code  # the study has no custom code
+        {}
         """
         stored = origins(self.store, [*self.store.trial_ids()])
         return {
@@ -510,21 +684,46 @@ class StoredStudy(Results):
 
     @property
     def settings(self) -> dict[str, Setting]:
-        """The parameters that a study of the model may name."""
+        """The parameters that a study of the model may name.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> study.settings["separation_weight"].text
+        'weight of the separation rule (Eq. 3)'
+        """
         # Up to 0.1 a plan does not name the model.
         model = self.provenance.get("model") or str(self.trials["model"].iloc[0])
         return settings_of(model, self.known).of_study(())
 
     @property
     def spec(self) -> str:
-        """The YAML text of the spec as last launched."""
+        """The YAML text of the spec as last launched.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> print(study.spec)
+        study: my/first
+        model: nguyen2024
+        ...
+        """
         return str(self.provenance["spec"])
 
     @cached_property
     def maps(self) -> dict[str, OwnMap]:
         """The maps in the spec, by name.
 
-        Raises StoreError if a stored map is not valid.
+        Raises
+        ------
+        StoreError
+            If a stored map is not valid.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/map")
+        >>> study.maps  # the map is a built-in map
+        {}
         """
         try:
             return maps_from_json(self.about.maps, self.known.maps)
@@ -535,7 +734,16 @@ class StoredStudy(Results):
 
     @property
     def varied(self) -> list[str]:
-        """The labels of the split, and the parameters that differ between points."""
+        """The labels of the split, and the parameters that differ between points.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> study.varied
+        ['separation_weight']
+        >>> study.where(separation_weight=1).varied
+        []
+        """
         varied = self.about.varied
         if self.restricted:
             differ = self.points[varied].nunique() > 1
@@ -550,7 +758,24 @@ class StoredStudy(Results):
         return [name for name in self.varied if name in self.about.varied]
 
     def undivided(self, point: str) -> str:
-        """Return the id that a point has before `divided`."""
+        """Return the id that a point has before `divided`.
+
+        Parameters
+        ----------
+        point : str
+            The id `label:point`.
+
+        Returns
+        -------
+        str
+            The id without the label.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> study.undivided("fast:9c97")
+        '9c97'
+        """
         return point.rpartition(":")[2]
 
     @property
@@ -558,13 +783,26 @@ class StoredStudy(Results):
         """The columns whose values are never averaged or shown as one.
 
         The columns are the labels of the split and the direction of chains, if present.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/loop")
+        >>> study.kept_apart
+        ['direction']
         """
         split = [self.split.column] if self.split else []
         return [*split, *([DIRECTION] if DIRECTION in self.varied else [])]
 
     @property
     def apart_notes(self) -> list[str]:
-        """Sentences about the parts that the split keeps apart."""
+        """Sentences about the parts that the split keeps apart.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> study.apart_notes  # the study is not divided
+        []
+        """
         if self.split is None:
             return []
         labels = set(self.points[self.split.column])
@@ -572,23 +810,51 @@ class StoredStudy(Results):
 
     @property
     def left_out(self) -> Mapping[str, str]:
-        """The metrics that the conversion leaves out, each with the reason."""
+        """The metrics that the conversion leaves out, each with the reason.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> study.left_out  # the study is not converted
+        {}
+        """
         return self.conversion.left_out if self.conversion else {}
 
     @property
     def metrics(self) -> list[str]:
-        """The recorded metrics, without the omitted metrics."""
+        """The recorded metrics, without the omitted metrics.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> study.metrics
+        ['speed', 'polarization']
+        """
         left_out = self.left_out
         return [name for name in self.about.record if name not in left_out]
 
     @property
     def known_metrics(self) -> Mapping[str, Metric]:
-        """The metrics that this version or the custom code defines, by name."""
+        """The metrics that this version or the custom code defines, by name.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> study.known_metrics["polarization"].text
+        'length of the mean unit velocity'
+        """
         return self.known.metrics
 
     @property
     def series_metrics(self) -> list[str]:
-        """The metrics that are stored frame by frame."""
+        """The metrics that are stored frame by frame.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> study.series_metrics
+        ['speed', 'polarization']
+        """
         names = self._series_schema.names
         return [name for name in names if name not in ("trial_id", "frame")]
 
@@ -600,19 +866,42 @@ class StoredStudy(Results):
 
     @property
     def about(self) -> PlanAbout:
-        """The properties of the study that the plan records besides trials."""
+        """The properties of the study that the plan records besides trials.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> study.about.tables
+        ['trials', 'series']
+        """
         return PlanAbout.read(self.provenance)
 
     @property
     def code(self) -> Code | None:
-        """The hashes of the code of the last launch; None before version 0.7."""
+        """The hashes of the code of the last launch; None before version 0.7.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> list(study.code.models)
+        ['nguyen2024 as_run']
+        """
         return stamps(self.provenance)
 
     @property
     def axes(self) -> dict[str, AxisAbout]:
         """The axes by name; the labels of the split are listed values of an axis.
 
-        Raises StoreError for a plan before version 0.2, which does not record axes.
+        Raises
+        ------
+        StoreError
+            For a plan before version 0.2, which does not record axes.
+
+        Examples
+        --------
+        >>> axis = sweep.load("my/weights").axes["weights"]
+        >>> axis.sampler, axis.settings
+        ('lhs', ['separation_weight', 'cohesion_weight'])
         """
         axes = self.about.axes
         if axes is None:
@@ -629,6 +918,12 @@ class StoredStudy(Results):
         """The metrics that decided the number of trials of a point.
 
         None if the number is fixed.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/until")
+        >>> study.looks
+        Looks(metrics=('speed',), confidence=0.95, nominal=0.98...)
         """
         for key, record in self.about.sections.items():
             if metrics := sections()[key].looks_at(record):
@@ -642,6 +937,12 @@ class StoredStudy(Results):
         The columns are every parameter and every metric. Before the first trial is
         stored, the columns are the columns of the plan, `status`, `error` and the
         metrics.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> study.trials.groupby("separation_weight")["speed"].mean().round(2).tolist()
+        [1.86, 0.38, 2.61]
         """
         table = self._table("trials", (*self._stored_settings, *self.metrics))
         if not table.num_rows:
@@ -658,6 +959,13 @@ class StoredStudy(Results):
         """One row per recorded frame of a trial.
 
         Columns: `trial_id`, `frame` and the metrics that are stored frame by frame.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> mean = study.series.groupby("frame")["polarization"].mean()
+        >>> mean.iloc[[0, 50, 100]].round(2).tolist()
+        [0.17, 0.36, 0.49]
         """
         return self._in_order(self._table("series"))
 
@@ -666,6 +974,12 @@ class StoredStudy(Results):
         """One row per trial: `trial_id` and `visits`.
 
         `visits` is an array of counts, (rows, columns), with -1 in obstacles.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/map")
+        >>> study.heatmaps["visits"][0].shape
+        (600, 800)
         """
         table = self._in_order(self._table("heatmaps"))
         if table.empty:
@@ -685,6 +999,14 @@ class StoredStudy(Results):
         Columns: `trial_id`, `frame`, and the arrays `x`, `y`, `vx` and `vy`, (N,). Each
         row of the state of a model is an array by name, and `kind` has the types of
         boids.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/map")
+        >>> study.trajectories.columns.tolist()
+        ['trial_id', 'frame', 'x', 'y', 'vx', 'vy']
+        >>> study.trajectories["x"][0].shape
+        (20,)
         """
         return self._in_order(self._table("trajectories"))
 
@@ -710,7 +1032,10 @@ class StoredStudy(Results):
 
         Examples
         --------
-        >>> frames, bodies = study.trajectory("05d7")
+        >>> study = sweep.load("my/map")
+        >>> frames, bodies = study.trajectory(study.trials["trial_id"][0])
+        >>> frames.tolist(), bodies.shape
+        ([0, 10, 20, 30, 40, 50, 60], (7, 4, 20))
         """
         table = self.read("trajectories", pa.array([trial]))
         if table.num_rows == 0:
@@ -728,7 +1053,27 @@ class StoredStudy(Results):
     def trial(self, trial: str) -> StoredTrial:
         """Return a stored trial with the rows of all tables.
 
-        `trial` is the id or the beginning of the id. Raises ChoiceError as `trial_id`.
+        Parameters
+        ----------
+        trial : str
+            The id of a trial, or the beginning of the id.
+
+        Returns
+        -------
+        StoredTrial
+            With the `row` of `trials` as a dict, and the other `tables` by name.
+
+        Raises
+        ------
+        ChoiceError
+            If `trial_id` raises it.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> stored = study.trial(study.trials["trial_id"][0])
+        >>> stored.row["separation_weight"], list(stored.tables)
+        (0.5, ['series'])
         """
         trials = stored_trials(self.store, [trial])
         if not trials:
@@ -738,7 +1083,27 @@ class StoredStudy(Results):
     def trial_id(self, beginning: str) -> str:
         """Return the id of the single stored trial with a beginning such as `05d7`.
 
-        Raises ChoiceError if no stored trial or several have this beginning.
+        Parameters
+        ----------
+        beginning : str
+            The beginning of the id, or the id.
+
+        Returns
+        -------
+        str
+            The id.
+
+        Raises
+        ------
+        ChoiceError
+            If no stored trial or several have this beginning.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> first = study.trials["trial_id"][0]
+        >>> study.trial_id(first[:8]) == first
+        True
         """
         stored = self.store.trial_ids()
         if beginning in stored:
@@ -758,8 +1123,30 @@ class StoredStudy(Results):
     def job(self, stored: StoredTrial) -> "Job":
         """Return the job that runs a stored trial again.
 
-        Raises StoreError if no launch can have written the row, or if the plan has a
-        different map of that name. Raises CodeError if the code is not allowed to run.
+        Parameters
+        ----------
+        stored : StoredTrial
+            The trial that `trial` returns.
+
+        Returns
+        -------
+        Job
+            The job, with the model, the seed and all parameters.
+
+        Raises
+        ------
+        StoreError
+            If no launch can have written the row, or if the plan has a different map of
+            that name.
+        CodeError
+            If the code is not allowed to run.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> job = study.job(study.trial(study.trials["trial_id"][0]))
+        >>> job.model, job.seed, job.settings["n"]
+        ('nguyen2024', 0, 30)
         """
         # Imported here: the module imports the kernels, which tables do not need.
         from sweep.store import with_beginning
@@ -773,7 +1160,31 @@ class StoredStudy(Results):
     def world(self, trial: str) -> "TrialWorld":
         """Return the world of a stored trial, drawn again from the row.
 
-        Raises as `trial` and `job`.
+        Parameters
+        ----------
+        trial : str
+            The id of a trial, or the beginning of the id.
+
+        Returns
+        -------
+        TrialWorld
+            The size of the world, the obstacles and the goals.
+
+        Raises
+        ------
+        ChoiceError
+            As `trial`.
+        StoreError
+            As `job`.
+        CodeError
+            As `job`.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> world = study.world(study.trials["trial_id"][0])
+        >>> world.width, world.height, len(world.obstacles)
+        (1280.0, 740.0, 6)
         """
         from sweep.trial import world_of
 
@@ -781,7 +1192,14 @@ class StoredStudy(Results):
 
     @cached_property
     def units(self) -> dict[str, str]:
-        """The unit of every column of `trials` and `series` that has one."""
+        """The unit of every column of `trials` and `series` that has one.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> study.units["speed"], study.units["frame"]
+        ('px/step', 'step')
+        """
         if self.restricted:
             return self.whole.units
         return self._units(self._table("trials").schema)
@@ -803,6 +1221,13 @@ class StoredStudy(Results):
         """The columns of all tables: `table`, `column`, `type`, `unit` and `text`.
 
         `text` describes the column.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> columns = study.columns.query("table == 'series' and unit != ''")
+        >>> columns[["column", "unit", "text"]].values.tolist()
+        [['frame', 'step', 'steps done'], ['speed', 'px/step', 'mean speed']]
         """
         statuses = self.store.trial_ids()
         trials = self.whole.plan["trial_id"].to_pylist()
@@ -822,6 +1247,14 @@ class StoredStudy(Results):
         A derived metric has the declaration that the launch has stored. Up to version
         0.8 no launch stored declarations, and derived metrics are "skewed". `means`
         uses the declarations.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> study.distributions["polarization"].distribution
+        'normal'
+        >>> study.distributions["polarization"].support
+        Support(low=0.0, high=1.0)
         """
         if self.restricted:
             return self.whole.distributions
@@ -849,14 +1282,38 @@ class StoredStudy(Results):
         return row
 
     def statuses(self) -> Counter[str]:
-        """Return the number of trials by status; `missing` trials are not stored."""
+        """Return the number of trials by status; `missing` trials are not stored.
+
+        Returns
+        -------
+        Counter
+            The number by status, such as "done".
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> study.statuses()
+        Counter({'done': 30})
+        """
         stored = self.store.trial_ids()
         return Counter(
             stored.get(trial, "missing") for trial in self.plan["trial_id"].to_pylist()
         )
 
     def apart(self) -> int:
-        """Return the number of stored trials that the spec as last launched lacks."""
+        """Return the number of stored trials that the spec as last launched lacks.
+
+        Returns
+        -------
+        int
+            The number of trials.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> study.apart()
+        0
+        """
         spec = set(self.whole.plan["trial_id"].to_pylist())
         return len(self.store.trial_ids().keys() - spec)
 
@@ -876,10 +1333,22 @@ class StoredStudy(Results):
         columns : iterable of str, optional
             Columns that the table must have.
 
+        Returns
+        -------
+        pyarrow.Table
+            The rows.
+
         Raises
         ------
         StoreError
             If a column is missing, or no launch writes such a table.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> first = study.plan["trial_id"].combine_chunks().slice(0, 1)
+        >>> study.read("series", first).shape
+        (101, 4)
         """
         table = self.store.read(name, trial_ids=trial_ids)
         checked_table = checked(self.name, name, table, self.known, columns=columns)

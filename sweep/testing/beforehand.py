@@ -20,9 +20,27 @@ TRIED = {"calls": calls, "grid": grid, "reach": reach}
 def check_promises(study: Study) -> None:
     """Check the model of a study with its preset, once per code.
 
-    Raises SpecError, with the line of the model, for a broken promise. The check
-    ignores an exception of the model in the small test worlds, because a trial with an
-    exception fails.
+    The checked promises are "calls", "grid" and "reach". A built-in model is not
+    checked. The check ignores an exception of the model in the small test worlds,
+    because a trial with an exception fails.
+
+    Parameters
+    ----------
+    study : Study
+        The study that `sweep.own_code.load_spec` reads.
+
+    Raises
+    ------
+    SpecError
+        If the model breaks a promise. The sentence names the line of the model in the
+        spec, and the file, line and rule of the promise.
+
+    Examples
+    --------
+    >>> from sweep.own_code import study_of
+    >>> fixed = {"n": 10, "steps": 20}
+    >>> spec = {"study": "my/vortex", "model": "./vortex.py", "fixed": fixed}
+    >>> check_promises(study_of(spec | {"replicates": 2}))  # no error: they are kept
     """
     name = study.model
     known = study.known

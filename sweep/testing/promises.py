@@ -148,7 +148,11 @@ def assert_keeps(model: Model | str | Path, promise: str) -> None:
 
     Examples
     --------
-    >>> assert_keeps("vortex.py", "restart")
+    >>> assert_keeps("vortex.py", "settings")  # nothing is raised: the promise is kept
+    >>> assert_keeps("vortex.py", "colours")
+    Traceback (most recent call last):
+    ...
+    ValueError: no promise 'colours'; allowed: settings, presets, allocation, ...
     """
     if promise not in ALL:
         raise ValueError(f"no promise {promise!r}; allowed: {', '.join(PROMISES)}")
@@ -174,7 +178,10 @@ def assert_offers(file: str | Path) -> None:
 
     Examples
     --------
-    >>> assert_offers("mine.py")
+    >>> assert_offers("mine.py")  # a file with Metric(..., source="")
+    Traceback (most recent call last):
+    ...
+    AssertionError: mine.py, line ...: metric mine has no source
     """
     checked = entrants(str(file))
     if not checked:
@@ -188,7 +195,36 @@ def assert_offers(file: str | Path) -> None:
 def check_file(reference: str) -> Iterator[Kept]:
     """Yield the outcome of each promise of a model and of the rest of the file.
 
-    For a file without a model, only the further entries are checked.
+    For a file without a model, only the further entries are checked. A promise is
+    checked when the iterator yields the outcome.
+
+    Parameters
+    ----------
+    reference : str
+        The path of a file such as ``"vortex.py"`` or ``"vortex.py:NAME"``, an object of
+        a module such as ``"package.module:NAME"``, or the name of a registered model.
+
+    Yields
+    ------
+    Kept
+        The outcome: `promise`, `status`, `why`, `seconds`, `text` and `of`. `status` is
+        "kept", "broken" or "does not apply".
+
+    Raises
+    ------
+    ChoiceError
+        If there is no such model.
+    CodeError
+        If the file or one of its entries is not valid.
+
+    Examples
+    --------
+    >>> outcomes = check_file("vortex.py")
+    >>> first = next(outcomes)
+    >>> first.promise, first.status
+    ('settings', 'kept')
+    >>> first.words
+    'every parameter has a description, a unit and a range'
     """
     checked = entrants(reference)
     if not checked or has_model(reference):

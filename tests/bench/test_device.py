@@ -16,7 +16,8 @@ from tests.bench.device import GRACE, PARTS, Found, as_markdown, measured, part
 from tests.bench.device_parts import Machine, Row, Watched
 from tests.builders import job, place, state, to_end
 
-SMALL = Machine(emulated=True, until=time.monotonic() + 3600)
+A_WEEK = 7 * 24 * 3600.0
+SMALL = Machine(emulated=True, until=time.monotonic() + A_WEEK)
 LATE = Machine(emulated=True, until=-math.inf)
 
 

@@ -165,7 +165,7 @@ def test_the_command_tells_studies_from_kinds(results: Path) -> None:
     about = saved_about(png.with_suffix(""))
     assert about["Study"] == "small and more/other"
     assert about["Trials"] == "6, 4"
-    without = sweep(results, *command[:3], *command[4:])
+    without = sweep(results, *command[:3], *command[4:], "--why")
     assert "shows one study at a time" in without.stderr
     assert "scatter-speed.png" in without.stdout
 
