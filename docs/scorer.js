@@ -1,8 +1,13 @@
 // How the search of the site orders pages. Sphinx asks `Scorer` for the score of each
 // page that it found; the numbers are those of Sphinx, save that a page for readers of
 // the code comes after the pages for researchers.
-globalThis.Scorer = {
-  score: ([page, , , , score]) => {
+const scorer = {
+  /**
+   * The score of a result: page, title, place, description, score of Sphinx.
+   * @param {[string, string, string, string?, number]} result
+   */
+  score: (result) => {
+    const [page, , , , score] = result;
     const forDevelopers = /^(decisions\/|changes$|developing$|contributing$|words$)/;
     const introduces = /^(guide\/|start$|install$|glossary$|faq$|troubleshooting$)/;
     if (forDevelopers.test(page)) return score / 4;
@@ -17,3 +22,4 @@ globalThis.Scorer = {
   term: 5,
   partialTerm: 2,
 };
+Object.assign(globalThis, { Scorer: scorer });
