@@ -289,9 +289,11 @@ def test_a_run_that_is_gone_with_its_kernel_says_so_until_the_cell_is_run_again(
     assert notebook.view.locator(".going").inner_text() == "Run"
     assert notebook.until_step(0) == last
     notebook.until_idle()
+    old = notebook.view.element_handle()
     notebook.run(0)
     # The view of the old run is shown a moment longer, and would take the press.
-    notebook.view.locator(".banner").wait_for(state="hidden")
+    notebook.page.wait_for_function("view => !view.isConnected", arg=old)
+    notebook.until_step(0)
     begin(notebook)
     assert notebook.view.locator(".banner").is_hidden()
 
