@@ -152,7 +152,7 @@ BAD: list[tuple[str, str, str, str, tuple[str, str]]] = [
         "map discs",
         "bounds",
         DISCS,
-        "a negative half width",
+        "a negative half-width",
         ("[x, y, np.ones(4)", "[x, y, -np.ones(4)"),
     ),
     ("map discs", "seeds", DISCS, "random=True", (", random=True", "")),
