@@ -74,7 +74,7 @@ def launched(place: Path, *options: str) -> tuple[float, int]:
 
 @pytest.mark.slow
 def test_a_million_trials(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    # A launch that compiles takes 160 MB more: what is promised is that of a launch alone.
+    # The promise is that of a launch alone: compiling takes 160 MB more.
     (tmp_path / "spec.yaml").write_text(SPEC.replace("1000", "2"))
     launched(tmp_path)
     shutil.rmtree(tmp_path / "results")
