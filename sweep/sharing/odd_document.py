@@ -44,7 +44,7 @@ PROTOCOL = (
     " structural realism. Journal of Artificial Societies and Social Simulation"
     " 23(2), 7."
 )
-SI = {"m", "cm", "mm", "s", "min", "h"}
+EXPLAINED_UNITS = {"m", "cm", "mm", "s", "min", "h"}
 """Units that need no explanation."""
 GROUPS = {
     "parameters": "Parameters of the model",
@@ -364,7 +364,7 @@ def _entities(page: _Page) -> None:
         f"Lengths are in {model.length}, times in {model.time}. A step is one update of"
         " all boids."
     )
-    if not {model.length, model.time} <= SI:
+    if not {model.length, model.time} <= EXPLAINED_UNITS:
         page.gap(
             f"the length of 1 {model.length} and the duration of 1 {model.time} in the"
             " described system"
@@ -483,8 +483,8 @@ def _schedule(facts: StudyFacts) -> Iterator[str]:
         yield "The wind carries all boids. The boundary condition `borders` applies."
     if "sensing" in on:
         yield (
-            "Each boid measures and sends its state, and receives messages, as the"
-            f' parameters of "{GROUPS["sensing"]}" state.'
+            "Each boid perceives other boids, as the parameters of"
+            f' "{GROUPS["sensing"]}" state.'
         )
     if not _is_off(facts, facts.settings["obstacle_speed"]):
         yield "All obstacles move."

@@ -105,6 +105,10 @@ def test_links_lead_to_pages_headings_and_files(made: Made) -> None:
         ("[a](https://example.org/GUIDE.md)", "[a](https://example.org/GUIDE.md)"),
         ("```\n[a](GUIDE.md)\n```\n", "```\n[a](GUIDE.md)\n```\n"),
         (
+            "Also called: a, b\nc.\n",
+            "```{index} !a, !b c\n```\n\nAlso called: a, b\nc.\n",
+        ),
+        (
             "<!-- file: a.yaml -->\n```yaml\n",
             "```{code-block} yaml\n:caption: a.yaml\n",
         ),

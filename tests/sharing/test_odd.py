@@ -144,7 +144,7 @@ def test_a_step_has_the_parts_that_have_an_effect() -> None:
         odd(of_text(spec + more + fixed))
     )
     assert wind.startswith("The wind carries all boids.")
-    assert sensing.startswith("Each boid measures and sends its state")
+    assert sensing.startswith("Each boid perceives other boids, as the parameters")
     assert changes.startswith("The actuation and failures of the boid change")
     assert recorded == "A frame is recorded every 5 steps, and at the last step."
 
