@@ -8,6 +8,7 @@ from kernels.caching import is_kept
 from kernels.goals import Goals
 from kernels.model import Model
 from kernels.moving import Motion
+from kernels.playback import Played
 from kernels.recording import Record
 from kernels.robots.motors import Motors
 from kernels.robots.senses import Senses
@@ -21,7 +22,8 @@ LAYERS = frozenset({Senses, Motors, Wind, Goals, Motion, Corners})
 
 def is_compiled(model: Model, layers: Collection[type]) -> bool:
     """Return whether `advance` of a model is compiled for runs with some LAYERS."""
-    kinds = Flock, World, model.params, Workspace, Record
+    params = Played if model.events else model.params
+    kinds = Flock, World, params, Workspace, Record
     absent = LAYERS.difference(layers)
     return is_kept(model.advance, set(_named_tuples(kinds, absent)))
 

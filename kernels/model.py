@@ -72,6 +72,32 @@ NARROW_POTENTIAL = (
 """Error message if cohesion has the shorter range: see kernels.metrics.energy."""
 
 
+class Event(NamedTuple):
+    """Event of a recording, which is a trial.
+
+    Attributes
+    ----------
+    name : str
+        Name in the recording.
+    sha : str
+        sha256 of the measured frames.
+    boids, steps : int
+        Number of individuals, and of steps from the first frame to the last.
+    kinds : tuple of int
+        Number of individuals of each kind; () for a recording without kinds.
+    interpolated, absent : float
+        Shares of positions that were interpolated, and that are missing.
+    """
+
+    name: str
+    sha: str
+    boids: int
+    steps: int
+    kinds: tuple[int, ...]
+    interpolated: float
+    absent: float
+
+
 class OccupancySettings(NamedTuple):
     """Settings of the grid on which a model looks for obstacles.
 
@@ -158,6 +184,8 @@ class Model(NamedTuple):
     `y_down` the y axis of figures points down.
 
     `equations` describes a step for a paper: Markdown, with LaTeX between dollar signs.
+
+    `events` are the events of a recording; see kernels.playback. A model has none.
     """
 
     name: str
@@ -190,6 +218,7 @@ class Model(NamedTuple):
     goals_in_turn: bool | None = None
     shared: tuple[str, ...] | None = None
     equations: str = ""
+    events: tuple[Event, ...] = ()
 
     @property
     def rules(self) -> tuple[Rule, ...]:

@@ -25,6 +25,7 @@ from .jobs import directed as directed
 from .jobs import ids_of_steps as ids_of_steps
 from .jobs import ids_recording as ids_recording
 from .jobs import literal_seed as literal_seed
+from .jobs import of_all_events as of_all_events
 from .jobs import point_id as point_id
 from .jobs import steps_of as steps_of
 from .jobs import stream as stream

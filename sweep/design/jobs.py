@@ -21,6 +21,8 @@ from numpy.typing import NDArray
 
 from kernels.catalogue import BUILT_IN, Catalogue
 from kernels.identity import Code
+from kernels.model import Event, Model
+from kernels.playback import parameters_of
 from sweep.design.chains import FIRST, Links
 from sweep.design.code import study_code
 from sweep.design.design import Design
@@ -462,9 +464,7 @@ class Jobs(LazyJobs):
         literal = self.study.seeds is not None
         after = map(_after, parents) if self.links else repeat("")
         digests = [
-            ids.of(
-                name.decode(), _ending(self._seed(number), number, literal) + end, scene
-            )
+            ids.of(name.decode(), self._beginning(number, literal) + end, scene)
             for (name, number), scene, end in zip(names, scenes, after, strict=False)
         ]
         return np.array(digests, BYTES)
@@ -476,7 +476,10 @@ class Jobs(LazyJobs):
         own = study.maps.get(str(settings["map"]))
         seed = self._seed(replicate)
         literal = study.seeds is not None
-        ending = _ending(seed, replicate, literal)
+        ending = self._beginning(replicate, literal)
+        model = study.known.models[study.model]
+        if model.events:
+            settings = settings | parameters_of(model.events[replicate], model.kinds)
         direction = ""
         parent = ""
         if self.links:
@@ -501,6 +504,11 @@ class Jobs(LazyJobs):
             parent=parent,
             all_pairs=study.neighbour_search == ALL_PAIRS,
         )
+
+    def _beginning(self, replicate: int, literal: bool) -> str:
+        """Return the text of the seed and the replicate, or of the event."""
+        events = self.study.known.models[self.study.model].events
+        return _ending(self._seed(replicate), replicate, literal, events)
 
     def _parent(self, point: int, replicate: int) -> str:
         """Return the id of the parent of a link; "" for a first link."""
@@ -598,9 +606,32 @@ def _scene(settings: Mapping[str, Value]) -> Scene:
     return tuple(settings[name] for name in SCENE)
 
 
-def _ending(seed: int, replicate: int, literal: bool) -> str:
+def _ending(
+    seed: int, replicate: int, literal: bool, events: Sequence[Event] = ()
+) -> str:
+    if events:  # a recording has no random numbers, and its files may be reordered
+        return f"event {events[replicate].sha}"
     # The index of a listed seed is left out, so that the list may be reordered.
     return f"{seed} {'listed' if literal else f'replicate {replicate}'}"
+
+
+def of_all_events(
+    model: Model, settings: Mapping[str, Value], usual: Mapping[str, Value]
+) -> Mapping[str, Value]:
+    """Return the parameters of a trial as its point has them.
+
+    Parameters
+    ----------
+    model : Model
+    settings : mapping
+        Parameters of the trial.
+    usual : mapping
+        Parameters of the preset, which replace those of an event of a recording.
+    """
+    if not model.events:
+        return settings
+    measured = parameters_of(model.events[0], model.kinds)
+    return {**settings, **{name: usual[name] for name in measured}}
 
 
 def _after(parent: str) -> str:
@@ -673,7 +704,12 @@ def ids_recording(study: Study, jobs: Sequence[Job], recording: Recording) -> Id
     digests = [
         ids.of(
             job.point,
-            _ending(job.seed, job.replicate, job.literal)
+            _ending(
+                job.seed,
+                job.replicate,
+                job.literal,
+                job.known.models[job.model].events,
+            )
             + (_after(job.parent) if job.direction else ""),
             _scene(job.settings),
         )

@@ -24,6 +24,8 @@ from sweep.own_code.installed import Installed, installed_module
 from sweep.own_code.loading import load
 from sweep.own_code.places import read_places
 from sweep.own_code.sources import SUFFIX, Sources
+from sweep.recordings import SUFFIX as RECORDING_SUFFIX
+from sweep.recordings import as_model
 from sweep.spec import (
     GROUPS,
     SAMPLERS,
@@ -282,8 +284,11 @@ def _offers_of(code: OwnCode, file: str, model: str | None) -> Offered:
     if file in code.sources.code:
         return offered(load(code.sources, file), file, model)
     name = PurePosixPath(file).stem
-    check_name(file, "start", name)
     offers = nothing()
+    if file.endswith(RECORDING_SUFFIX):
+        offers.models[name] = as_model(code.sources.texts[file])
+        return offers
+    check_name(file, "start", name)
     offers.starts[name] = read_places(file, code.sources.texts[file])
     return offers
 

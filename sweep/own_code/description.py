@@ -9,7 +9,7 @@ import math
 from typing import Annotated, Any, NamedTuple, NoReturn, get_args, get_type_hints
 
 from kernels.metrics import Metric
-from kernels.model import Model, flaw
+from kernels.model import Event, Model, flaw
 from kernels.settings import COMMON, About, Demand
 from kernels.starts import GIVEN, Start
 from kernels.worlds import Map
@@ -97,6 +97,10 @@ def _model(fields: dict[str, Any]) -> Model:
     # Later versions added more parameters that all models have.
     presets = fields["presets"].items()
     fields["presets"] = {name: COMMON | values for name, values in presets}
+    events = fields.get("events", ())
+    fields["events"] = tuple(
+        Event(*event)._replace(kinds=tuple(event[4])) for event in events
+    )
     fields["vectors"] = tuple(map(tuple, fields.get("vectors", ())))
     state = {name: _about(value) for name, value in fields.pop("state").items()}
     model = Model(

@@ -20,11 +20,21 @@ from sweep.own_code.entries import MODEL
 from sweep.own_code.installed import Installed, installed_package
 from sweep.own_code.places import PLACES
 from sweep.own_code.sources import SUFFIX, gather
-from sweep.spec import Entry, Place
+from sweep.recordings import SUFFIX as RECORDING_SUFFIX
+from sweep.recordings import described
+from sweep.spec import RECORDING, Entry, Place, check_beside
 from sweep.text import unknown
 
 FILE = re.compile(r"(?P<path>[^:]*\.(?:py|csv))(?::(?P<name>\w+))?")
 MODULE = re.compile(r"(?P<path>[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*):(?P<name>\w+)")
+RECORDED = f"{RECORDING}{RECORDING_SUFFIX}"
+"""Name of the text of the section `recording` among the files of a spec."""
+BESIDE = {
+    "model": "the recorded individuals follow no model",
+    "replicates": "each event of the recording is a trial",
+    "seeds": "a recording has no random numbers",
+}
+"""Keys that a recording excludes, with the reasons."""
 KINDS = {
     "model": "models",
     "metrics": "metrics",
@@ -65,13 +75,18 @@ class Reference:
 
     @property
     def is_file(self) -> bool:
-        """True for a file, False for a module."""
+        """True for a file, False for a module or a recording."""
         return self.origin.endswith((SUFFIX, PLACES))
 
     @property
+    def is_recording(self) -> bool:
+        """True for the section `recording`."""
+        return self.origin == RECORDED
+
+    @property
     def runs(self) -> bool:
-        """True for code, False for a table."""
-        return not self.origin.endswith(PLACES)
+        """True for code, False for a table or a recording."""
+        return not self.origin.endswith((PLACES, RECORDED))
 
 
 def references(root: Entry, code_from: Path | None = None) -> list[Reference]:
@@ -80,7 +95,10 @@ def references(root: Entry, code_from: Path | None = None) -> list[Reference]:
     Raises SpecError for paths that lead out of the folder from which code is taken: the
     folder of the spec, or `code_from`.
     """
-    return list(_within(root, code_from))
+    named = list(_within(root, code_from))
+    if isinstance(root.value, dict) and (recording := root.get(RECORDING)):
+        named.append(Reference(recording, RECORDED, "models", None))
+    return named
 
 
 def _within(entry: Entry, code_from: Path | None) -> Iterator[Reference]:
@@ -156,15 +174,19 @@ def own_code(
         try:
             if reference.is_file:
                 gather(folder, [reference.origin])
-            else:
+            elif not reference.is_recording:
                 package = installed_package(reference.origin)
                 packages[package.name] = package
         except CodeError as error:
             raise reference.entry.error(str(error)) from None
     files = {reference.origin for reference in named if reference.is_file}
     up = os.path.relpath(folder.resolve(), beside.resolve())
+    sources = gather(folder, [origin for origin in models if origin in files])
+    for reference in named:
+        if reference.is_recording:
+            sources = sources.also(RECORDED, described(reference.entry))
     return OwnCode(
-        gather(folder, [origin for origin in models if origin in files]),
+        sources,
         tuple(models.items()),
         tuple(sorted(packages.values())),
         Path(up).as_posix(),
@@ -214,7 +236,19 @@ def resolved(root: Entry, named: list[Reference], known: OwnCatalogue) -> Entry:
     document = replace(root.document, lines=dict(root.document.lines))
     by_place = {reference.entry.place: reference for reference in named}
     value = _replaced(root.value, (), by_place, known, lines=document.lines)
+    if any(reference.is_recording for reference in named):
+        value = value | _as_model(root, known)
     return replace(root, document=document, value=value)
+
+
+def _as_model(root: Entry, known: OwnCatalogue) -> dict[str, Any]:
+    """Return the keys that a recording stands for: the model and a trial per event.
+
+    Raises SpecError for keys that a recording excludes.
+    """
+    check_beside(root, RECORDING, BESIDE)
+    events = known.models[RECORDING].events
+    return {"model": RECORDING, "replicates": len(events)}
 
 
 def _replaced(

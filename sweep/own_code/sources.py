@@ -56,6 +56,10 @@ class Sources:
         """The package name of the folder in imports."""
         return f"own_{self.sha[:16]}"
 
+    def also(self, file: str, text: str) -> "Sources":
+        """Return the files and one more."""
+        return Sources(tuple(sorted({**self.texts, file: text}.items())))
+
     def module(self, file: str) -> str:
         """Return the full module name of a file."""
         parts = PurePosixPath(file).with_suffix("").parts

@@ -57,6 +57,7 @@ from .expressions import parse as parse
 from .keys import Key as Key
 from .keys import LaterSectionOf as LaterSectionOf
 from .keys import SectionOf as SectionOf
+from .keys import check_beside as check_beside
 from .keys import check_keys as check_keys
 from .keys import keys_of as keys_of
 from .keys import read_section as read_section
@@ -89,6 +90,8 @@ from .recorded import declaration_of as declaration_of
 from .recorded import is_half as is_half
 from .recorded import lacks as lacks
 from .recorded import lacks_boids as lacks_boids
+from .recording import RECORDING as RECORDING
+from .recording import RecordingSpec as RecordingSpec
 from .replication import Replication as Replication
 from .samplers import SAMPLERS as SAMPLERS
 from .samplers import in_blocks as in_blocks

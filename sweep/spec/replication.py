@@ -5,6 +5,7 @@ from typing import NamedTuple
 from sweep.spec.contents import ListOf, Whole
 from sweep.spec.document import Entry
 from sweep.spec.limits import MOST_TRIALS
+from sweep.spec.recording import RECORDING
 from sweep.spec.schema_parts import Schema, one_of
 
 TRIALS = Whole(1, MOST_TRIALS)
@@ -47,5 +48,8 @@ def read_replication(root: Entry) -> Replication:
 
 
 def replication_rules() -> Schema:
-    """Return the check of `read_replication` of several keys as JSON Schema."""
-    return one_of(["replicates", "seeds"])
+    """Return the check of `read_replication` of several keys as JSON Schema.
+
+    The events of a recording are the trials of a study with a recording.
+    """
+    return one_of(["replicates", "seeds", RECORDING])

@@ -18,6 +18,7 @@ from sweep.spec.failure_policy import policy_dependencies
 from sweep.spec.keys import section_schema
 from sweep.spec.maps import shape_schema
 from sweep.spec.recorded import MEAN, columns_of
+from sweep.spec.recording import RECORDING
 from sweep.spec.replication import replication_rules
 from sweep.spec.samplers import SAMPLERS
 from sweep.spec.sampling import Sampler
@@ -31,7 +32,7 @@ from sweep.spec.schema_parts import (
     reference,
 )
 from sweep.spec.schema_settings import each_design, kinds, of_model, sampled
-from sweep.spec.study import sections, spec_parts, study_rules
+from sweep.spec.study import model_rule, sections, spec_parts, study_rules
 
 NO_FILES: Mapping[str, str | None] = {}
 """Default of `files`: a spec without custom files."""
@@ -67,7 +68,12 @@ def json_schema(
         **study_rules(),
         "dependencies": policy_dependencies()
         | {key: each.needs for key, each in sections().items() if each.needs},
-        "allOf": [*models, _known_maps(files), _known_metrics(files)],
+        "allOf": [
+            *models,
+            _known_maps(files),
+            _known_metrics(files),
+            model_rule(),
+        ],
         "definitions": _definitions(known, samplers),
     }
 
@@ -178,7 +184,13 @@ def _other_code(files: Iterable[str]) -> Schema:
 
 
 def _other_model(files: Iterable[str]) -> Schema:
-    return {"properties": {"model": _other_code(files)}, "required": ["model"]}
+    """Return the schema of a study with entries that the schema does not know.
+
+    The entries are those of custom code outside of some files, and the kinds of
+    individuals of a recording.
+    """
+    other = {"properties": {"model": _other_code(files)}, "required": ["model"]}
+    return {"anyOf": [other, {"required": [RECORDING]}]}
 
 
 def _known_maps(files: Iterable[str]) -> Schema:

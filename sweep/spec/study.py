@@ -46,6 +46,7 @@ from sweep.spec.failure_policy import Policy, read_policy
 from sweep.spec.keys import (
     Key,
     LaterSectionOf,
+    SectionOf,
     check_beside,
     check_keys,
     keys_of,
@@ -55,10 +56,23 @@ from sweep.spec.keys import (
 from sweep.spec.maps import MAP_FORMS, OwnMap, maps_schema, read_maps
 from sweep.spec.mistakes import Mistakes
 from sweep.spec.recorded import ANY_METRIC, Column, KnownMetrics, declaration_of
+from sweep.spec.recording import (
+    RECORDING,
+    RecordingSpec,
+    check_measurable,
+    check_of_recording,
+)
 from sweep.spec.replication import SEEDS, TRIALS, read_replication
 from sweep.spec.samplers import SAMPLERS
 from sweep.spec.sampling import Sampler
-from sweep.spec.schema_parts import OWN_CODE, TEXT, Schema, listed, reference
+from sweep.spec.schema_parts import (
+    OWN_CODE,
+    TEXT,
+    Schema,
+    listed,
+    one_of,
+    reference,
+)
 from sweep.spec.section import (
     GrowthRule,
     OrForm,
@@ -116,6 +130,7 @@ def _swept_schema() -> Schema:
     return {"type": ["object", "array"], "minItems": 1}
 
 
+MODEL = "model"
 LAST_FLOCKS = "last_flocks"
 """Key, and table, of the boids at the end of a trial.
 
@@ -320,6 +335,7 @@ class Study:
         Key(
             ModelName("a name that `sweep models` lists, or a file: ./NAME.py"),
             "model of the boids",
+            otherwise="the individuals of `recording`",
             example=next(iter(MODELS)),
         ),
     ]
@@ -332,6 +348,16 @@ class Study:
             example=USUAL_PRESET,
         ),
     ]
+    recording: Annotated[
+        RecordingSpec | None,
+        Key(
+            SectionOf(RecordingSpec),
+            "tracked individuals in files, instead of `model`; each event is a trial,"
+            " so `replicates` and `seeds` are not allowed",
+            otherwise="none",
+            example="{files: [tracks.csv], time_step: 0.1}",
+        ),
+    ] = None
     maps: Annotated[
         dict[str, OwnMap],
         Key(
@@ -694,6 +720,9 @@ def read_study(
     mistakes = Mistakes()
     with mistakes.noted():
         check_keys(root, *spec_parts(), gone=GONE)
+    with mistakes.noted():
+        if MODEL not in root.value:
+            raise root.lacks(MODEL, f'missing "{MODEL}" or "{RECORDING}"')
     values = read_values(Study, root, mistakes)
     policy = mistakes.read(read_policy, root)
     if model := root.get("model"):
@@ -823,6 +852,16 @@ def _of_model(
     if record and streams:
         mistakes.read(_check_lasting, root, record, streams)
     mistakes.read(check_once, root, fixed, axes, derive=derive)
+    if (model := known.models[name]).events and record:
+        given = [*fixed, *derive, *(column for axis in axes for column in axis.columns)]
+        mistakes.read(check_of_recording, root, model, given)
+        mistakes.read(
+            check_measurable,
+            root,
+            model,
+            heatmaps=record.heatmaps,
+            metrics={one: known.metrics[one] for one in record.metrics},
+        )
     mistakes.check()
     mistakes.read(check_conditions, root, axes, derive)
     mistakes.read(check_complete, root, axes)
@@ -962,6 +1001,11 @@ def study_rules() -> Schema:
     ]
     barred = [{"required": [*pair]} for pair in pairs]
     return {"not": {"anyOf": barred}, **_lasting_rule()}
+
+
+def model_rule() -> Schema:
+    """Return the check that a spec has a model or a recording as JSON Schema."""
+    return one_of([MODEL, RECORDING])
 
 
 def _lasting_rule() -> Schema:

@@ -29,6 +29,7 @@ from sweep.own_code import (
     loaded,
     unloaded,
 )
+from sweep.recordings import SUFFIX as RECORDING_SUFFIX
 from sweep.spec import CODE, code_file
 from sweep.store.locations import Location, patiently
 from sweep.store.regular import fits, read_json, regular_size
@@ -41,8 +42,8 @@ PACKAGES = [[str]]
 MOST = 16_000_000
 """Most bytes of the file; parsed JSON takes many times as much memory."""
 PURPOSE = b"boidsweep code "
-ENDINGS = (SUFFIX, PLACES)
-"""Endings of the files: code, and tables of initial positions.
+ENDINGS = (SUFFIX, PLACES, RECORDING_SUFFIX)
+"""Endings of the files: code, tables of initial positions, and recordings.
 
 A file with another ending may be a configuration file of a program.
 """

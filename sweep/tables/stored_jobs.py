@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from kernels.catalogue import Catalogue
-from sweep.design import TRIAL_ID, Job, directed, point_id
+from sweep.design import TRIAL_ID, Job, directed, of_all_events, point_id
 from sweep.errors import StoreError
 from sweep.spec import DIRECTION, DOWN, PARENT, UP, OwnMap, Study
 from sweep.tables.stored_spec import accepted
@@ -76,7 +76,9 @@ def stored_point(
         raise _without_map(study, name)
     once, settings = accepted(study, known, stored, maps, record=record)
     direction, parent = _linked(study, row)
-    point = point_id(once.model, once.preset, settings, once.preset_settings, maps=maps)
+    usual = once.preset_settings
+    common = of_all_events(known.models[once.model], settings, usual)
+    point = point_id(once.model, once.preset, common, usual, maps=maps)
     point = directed(point, direction)
     if name in maps and row["point"] != point:
         raise _without_map(study, name)

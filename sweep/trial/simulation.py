@@ -48,6 +48,7 @@ from sweep.trial.derived import measured, summaries
 from sweep.trial.generators import Randomness
 from sweep.trial.last_flocks import last_flock, place, starting
 from sweep.trial.numba_errors import explained
+from sweep.trial.playing import playback_of
 from sweep.trial.result import ENDINGS, Result
 from sweep.trial.robots import keys_of, robot_layers_of, robots_of
 from sweep.trial.scenery import Landscape, coverage_of, landscape_of, start_of
@@ -113,7 +114,11 @@ class Simulation:
     ) -> None:
         self.job = job
         self.noise = Randomness(stream(job, "noise"))
-        self.flight = _flight(job, together, frames)
+        self.playback = playback_of(job)
+        begun = job
+        if self.playback is not None:
+            begun = replace(job, begins=self.playback.beginning())
+        self.flight = _flight(begun, together, frames)
         self._find_among_all()
         self.taken: list[Taken] = []
 
@@ -159,6 +164,8 @@ class Simulation:
         Recorded frames remain until `take_frames` is called. Returns False if the state
         is not finite.
         """
+        if self.playback is not None:
+            steps = self.playback.load(self.flight, min(steps, self.steps_left))
         with self.noise.lent() as rng:
             return advance(self.flight, rng, steps)
 
@@ -170,7 +177,9 @@ class Simulation:
         """
         record = record or self.job.record
         flight = self.flight
-        values = measure(flight, metrics_of(self.job, record.metrics))
+        metrics = metrics_of(self.job, record.metrics)
+        play = self.playback
+        values = play.measure(flight, metrics) if play else measure(flight, metrics)
         frames = flight.record.frames
         bodies = self.schedule.n if record.trajectories else 0
         taken = Taken(
@@ -179,6 +188,9 @@ class Simulation:
             frames.bodies[: flight.filled, :4, :bodies].copy(),
             frames.bodies[: flight.filled, FIRST_STATE:, :bodies].copy(),
         )
+        if play and bodies:
+            absent = ~play.present(taken.steps)
+            taken.bodies[np.broadcast_to(absent[:, None], taken.bodies.shape)] = np.nan
         forget_frames(flight)
         return taken
 

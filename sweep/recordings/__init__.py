@@ -1,0 +1,12 @@
+"""Recordings: tracked individuals in files, as the trials of a study.
+
+row_errors   mistakes in rows, each with file and row
+rows         CSV and parquet files, piece by piece
+tracks       the rows of each individual in each event, on disk
+frames       positions and velocities of all individuals at regular times
+recording    from the section of a spec to the events and back
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,252 @@
+"""Frames: positions and velocities of all individuals of an event at regular times.
+
+Frames are computed once, and kept in a folder of the user, from which each process maps
+the frames that a trial needs. The name of the file is the sha256 of the content.
+"""
+
+import hashlib
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernels.caching import usual_folder
+from kernels.model import Event
+from sweep.errors import StoreError
+from sweep.recordings.row_errors import RowErrors
+from sweep.recordings.tracks import TIME, VX, VY, Floats, Track, Tracks, X, Y
+
+ON_TIME = 1e-3
+"""Largest distance of a row from the time of a frame, in time steps.
+
+The positions of the row are then those of the frame. An individual moves by a
+thousandth of a step in this time.
+"""
+LEAST_PRESENT = 0.01
+"""Least share of positions that are measured; a smaller share is a wrong time step."""
+MOST_VALUES = 2 * 10**9
+"""Largest number of positions of an event, which take 64 GB."""
+FRAMES_AT_ONCE = 4096
+"""Frames of which the hash is computed at once."""
+MOST_KEPT = 20 * 10**9
+"""Bytes of kept frames; the frames that no process has used for longest are deleted."""
+FRAMES = ".frames.npy"
+Places = NDArray[np.int64]
+Shares = tuple[int, int]
+
+
+def frames_folder() -> Path:
+    """Return the folder of this user with the frames of recordings."""
+    return usual_folder().with_name("recordings")
+
+
+def open_frames(event: Event) -> Floats:
+    """Return the frames of an event, shape (F, 4, N), as a map of the file.
+
+    The rows are x, y, vx and vy; NaN for an individual without a position.
+
+    Raises StoreError if the frames are not on this machine.
+    """
+    path = frames_folder() / f"{event.sha}{FRAMES}"
+    try:
+        frames: Floats = np.load(path, mmap_mode="r")
+        with suppress(OSError):
+            os.utime(path)
+    except (OSError, ValueError):
+        words = f'the frames of event "{event.name}" of a recording are not in'
+        remedy = "launch the study where its files are, on a machine with this folder"
+        raise StoreError(f"{words} {path.parent}: {remedy}") from None
+    return frames
+
+
+def are_kept(event: Event) -> bool:
+    """Return whether the frames of an event are on this machine."""
+    return (frames_folder() / f"{event.sha}{FRAMES}").is_file()
+
+
+@contextmanager
+def working_folder() -> Iterator[Path]:
+    """Make an empty folder next to the kept frames, and delete it at the end."""
+    kept = frames_folder()
+    kept.mkdir(parents=True, exist_ok=True)
+    folder = Path(tempfile.mkdtemp(prefix="reading-", dir=kept))
+    try:
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+class EventFrames:
+    """Frames of one event, in a file of a working folder.
+
+    Attributes
+    ----------
+    frames : array of float, shape (F, 4, N)
+        Map of the file.
+    path : Path
+    interpolated, present : int
+        Numbers of positions.
+    """
+
+    def __init__(
+        self, tracks: Sequence[Track], every: Tracks, folder: Path, errors: RowErrors
+    ) -> None:
+        spec = every.spec
+        self.name = tracks[0].event
+        self.interpolated = 0
+        self.present = 0
+        self.path = folder / "frames"
+        self._spec, self._errors, self._every = spec, errors, every
+        begins = [np.nanmin(track.numbers[TIME]) for track in tracks]
+        ends = [np.nanmax(track.numbers[TIME]) for track in tracks]
+        self.begin = float(min(begins))
+        self.steps = round((float(max(ends)) - self.begin) / spec.time_step)
+        count = (self.steps + 1) * len(tracks)
+        if self.steps < 1:
+            words = "all rows are at one time; an event has at least two frames"
+            errors.note("an event of one frame", f'event "{self.name}"', words)
+        elif count > MOST_VALUES:
+            words = f"{self.steps + 1:,} frames; is time_step in the unit of the times?"
+            errors.note("too many frames", f'event "{self.name}"', words)
+        if errors:
+            return
+        shape = (self.steps + 1, 4, len(tracks))
+        self.frames = np.lib.format.open_memmap(self.path, "w+", np.float64, shape)
+        for boid, track in enumerate(tracks):
+            self.frames[:, :, boid] = self._frames_of(track)
+        if not errors and self.present < LEAST_PRESENT * count:
+            words = (
+                f"only {100 * self.present / count:.2g} % of the positions have a row;"
+                " is time_step in the unit of the times?"
+            )
+            errors.note("few positions", f'event "{self.name}"', words)
+
+    def _frames_of(self, track: Track) -> Floats:
+        """Return x, y, vx and vy of a track in each frame, shape (F, 4)."""
+        seen = np.isfinite(track.numbers[[X, Y]]).all(axis=0)
+        given = self._spec.velocities == "given"
+        if given:
+            seen &= np.isfinite(track.numbers[[VX, VY]]).all(axis=0)
+        values = track.numbers[:, seen]
+        rows = track.rows[seen]
+        frames = np.full((self.steps + 1, 4), np.nan)
+        times = (values[TIME] - self.begin) / self._spec.time_step
+        self._check(track, times, values, rows)
+        if self._errors or not times.size:
+            return frames
+        first, last = self._ends(times)
+        numbers = np.arange(first, last + 1)
+        before = np.searchsorted(times, numbers + ON_TIME, side="right") - 1
+        after = np.minimum(before + 1, times.size - 1)
+        exact = np.abs(times[before] - numbers) <= ON_TIME
+        gap = (times[after] - times[before]) * self._spec.time_step
+        filled = ~exact & (gap <= self._spec.gaps * (1.0 + ON_TIME))
+        width = np.where(filled, times[after] - times[before], 1.0)
+        share = np.where(exact, 0.0, (numbers - times[before]) / width)
+        measured = values[X:] if given else values[[X, Y]]
+        between = measured[:, before] + share * (
+            measured[:, after] - measured[:, before]
+        )
+        here = np.where(exact, measured[:, before], between)
+        here[:, ~(exact | filled)] = np.nan
+        frames[first : last + 1, : len(here)] = here.T
+        if not given:
+            frames[:, 2:] = self._differences(frames[:, :2])
+            frames[np.isnan(frames[:, 2])] = np.nan
+        self.interpolated += int(np.count_nonzero(filled))
+        self.present += int(np.count_nonzero(np.isfinite(frames[:, 0])))
+        return frames
+
+    def _ends(self, times: Floats) -> Shares:
+        """Return the first and the last frame between the first and the last row."""
+        first = int(np.ceil(times[0] - ON_TIME))
+        return first, int(np.floor(times[-1] + ON_TIME))
+
+    def _check(self, track: Track, times: Floats, values: Floats, rows: Places) -> None:
+        """Note rows that go back in time, are double, too fast or beside a frame."""
+
+        def note(wrong: NDArray[np.bool_], kind: str, words: str) -> None:
+            if (found := np.flatnonzero(wrong)).size:
+                place = self._every.place(int(rows[found[0]]))
+                whose = f'individual "{track.individual}"'
+                self._errors.note(kind, place, f"{whose} {words}", found.size)
+
+        passed = np.diff(times, prepend=-np.inf)
+        note(passed < -ON_TIME, "times that go back", "has an earlier time than before")
+        note(np.abs(passed) <= ON_TIME, "double rows", "has two rows of one time")
+        if self._spec.gaps == 0.0:
+            words = (
+                f"is not at a multiple of time_step ({self._spec.time_step:g} s) after"
+                " the first row of the event; `gaps` allows interpolation"
+            )
+            beside = np.abs(times - np.round(times)) > ON_TIME
+            note(beside, "times between frames", words)
+        if self._spec.fastest is not None and times.size > 1 and (passed > 0).all():
+            way = np.hypot(*np.diff(values[[X, Y]], axis=1))
+            speed = way / (np.diff(times) * self._spec.time_step)
+            words = (
+                f"moves at {speed.max(initial=0.0):.4g} {self._spec.length}/s; the"
+                f" largest speed allowed is {self._spec.fastest:g}"
+            )
+            fast = np.concatenate([[False], speed > self._spec.fastest])
+            note(fast, "jumps", words)
+
+    def _differences(self, positions: Floats) -> Floats:
+        """Return velocities (F, 2) from positions, NaN without a neighbouring frame.
+
+        The difference is central where both neighbouring frames have positions, and
+        one-sided at an end. Backward differences use the next frame only at a
+        beginning.
+        """
+        ahead = np.full_like(positions, np.nan)
+        behind = ahead.copy()
+        steps = np.diff(positions, axis=0) / self._spec.time_step
+        ahead[:-1] = behind[1:] = steps
+        one_sided = np.where(np.isnan(behind), ahead, behind)
+        if self._spec.velocities == "backward":
+            return one_sided
+        central = np.full_like(positions, np.nan)
+        central[1:-1] = (positions[2:] - positions[:-2]) / (2 * self._spec.time_step)
+        has_both = np.isfinite(ahead) & np.isfinite(behind)
+        return np.where(has_both, central, one_sided)
+
+    def moved(self, x: float, y: float) -> None:
+        """Move the origin of positions to (x, y)."""
+        self.frames[:, 0] -= x
+        self.frames[:, 1] -= y
+
+    def keep(self) -> str:
+        """Move the frames into the folder of the user; return their sha256."""
+        digest = hashlib.sha256(repr(self.frames.shape).encode())
+        for first in range(0, len(self.frames), FRAMES_AT_ONCE):
+            digest.update(self.frames[first : first + FRAMES_AT_ONCE].tobytes())
+        self.frames.flush()
+        del self.frames
+        sha = digest.hexdigest()
+        self.path.replace(frames_folder() / f"{sha}{FRAMES}")
+        return sha
+
+
+def forget_oldest(kept: Sequence[str]) -> None:
+    """Delete the frames that were used longest ago, so that MOST_KEPT suffices.
+
+    The frames with a hash in `kept` remain.
+    """
+    files = []
+    for file in frames_folder().glob(f"*{FRAMES}"):
+        with suppress(OSError):  # another process deletes the file
+            about = file.stat()
+            files.append((about.st_mtime, about.st_size, file))
+    total = sum(size for _, size, _ in files)
+    for _, size, file in sorted(files):
+        if total <= MOST_KEPT:
+            return
+        if file.name.removesuffix(FRAMES) not in kept:
+            with suppress(OSError):
+                file.unlink()
+                total -= size

@@ -1,0 +1,232 @@
+"""Tracks: the rows of each individual in each event, in one place on the disk.
+
+The rows of a track may be anywhere in the files, and the files may exceed the memory.
+So a first pass counts the rows of each track, and a second pass writes each row to the
+place of its track.
+"""
+
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+from sweep.recordings.row_errors import RowErrors
+from sweep.recordings.rows import TrackFile, numbers, texts
+from sweep.spec import RecordingSpec
+
+TIME, X, Y, VX, VY = range(5)
+"""Rows of the numbers of a track."""
+Floats = NDArray[np.float64]
+Wholes = NDArray[np.int64]
+UNNAMED = ""
+"""Kind of all individuals of a recording without kinds."""
+ROWS_AT_ONCE = 1_000_000
+
+
+class Track(NamedTuple):
+    """Rows of an individual in an event, in the order of the files.
+
+    Attributes
+    ----------
+    event, individual, kind : str
+    numbers : array of float, shape (5, R)
+        Time, x, y, vx and vy of R rows; NaN for velocities that are not given.
+    rows : array of int, shape (R,)
+        Numbers of the rows in all files, from 0.
+    """
+
+    event: str
+    individual: str
+    kind: str
+    numbers: Floats
+    rows: Wholes
+
+
+class _Names:
+    """Numbers of names, in the order in which the names occur."""
+
+    def __init__(self) -> None:
+        self.names = list[str]()
+        self._numbers = dict[str, int]()
+
+    def of(self, column: pa.Array) -> Wholes:
+        """Return the number of each name of a column."""
+        encoded = column.dictionary_encode()
+        known = [self._number(name) for name in encoded.dictionary.to_pylist()]
+        places: Wholes = np.array(known, np.int64)[encoded.indices.to_numpy()]
+        return places
+
+    def _number(self, name: str) -> int:
+        if name not in self._numbers:
+            self._numbers[name] = len(self.names)
+            self.names.append(name)
+        return self._numbers[name]
+
+
+@dataclass
+class Tracks:
+    """All tracks of a recording.
+
+    Attributes
+    ----------
+    files : sequence of TrackFile
+    spec : RecordingSpec
+    errors : RowErrors
+    """
+
+    files: Sequence[TrackFile]
+    spec: RecordingSpec
+    errors: RowErrors
+    _events: _Names = field(default_factory=_Names)
+    _individuals: _Names = field(default_factory=_Names)
+    _kinds: dict[int, str] = field(default_factory=dict)
+    _counts: dict[tuple[int, int], int] = field(default_factory=dict)
+    _ends: list[int] = field(default_factory=list)
+
+    @property
+    def columns(self) -> list[str]:
+        """Names of all columns that are read."""
+        return list(dict.fromkeys((*self._named, *self._measured)))
+
+    @property
+    def _named(self) -> list[str]:
+        columns = self.spec.columns
+        names = (columns.individual, columns.event, columns.kind)
+        return [name for name in names if name is not None]
+
+    @property
+    def _measured(self) -> list[str]:
+        columns = self.spec.columns
+        names = [columns.frame or columns.time, columns.x, columns.y]
+        if self.spec.velocities == "given":
+            names += [name for name in (columns.vx, columns.vy) if name is not None]
+        return names
+
+    def place(self, row: int) -> str:
+        """Return the file and the row of a number of a row, in words."""
+        file = int(np.searchsorted(self._ends, row, side="right"))
+        first = self._ends[file - 1] if file else 0
+        return self.files[file].place(row - first)
+
+    def count(self) -> None:
+        """Count the rows of each track, and note the kinds of individuals."""
+        rows = 0
+        for file in self.files:
+            for piece in file.pieces(list(dict.fromkeys(self._named)), self.errors):
+                self._count_piece(file, piece)
+                rows += piece.num_rows
+            self._ends.append(rows)
+
+    def _count_piece(self, file: TrackFile, piece: pa.Table) -> None:
+        events, individuals = self._groups(file, piece)
+        pairs, counts = np.unique([events, individuals], axis=1, return_counts=True)
+        for event, individual, count in zip(*pairs.tolist(), counts, strict=True):
+            key = (event, individual)
+            self._counts[key] = self._counts.get(key, 0) + int(count)
+        column = self.spec.columns.kind
+        if column is None:
+            return
+        kinds = texts(piece[column]).dictionary_encode()
+        names = kinds.dictionary.to_pylist()
+        both = np.array([individuals, kinds.indices.to_numpy()])
+        for individual, kind in np.unique(both, axis=1).T.tolist():
+            known = self._kinds.setdefault(individual, names[kind])
+            if known != names[kind]:
+                words = f'"{names[kind]}" and "{known}" are kinds of one individual'
+                whose = self._individuals.names[individual]
+                place = f"{file.name}, individual {whose}"
+                self.errors.note("two kinds of one individual", place, words)
+
+    def _groups(self, file: TrackFile, piece: pa.Table) -> tuple[Wholes, Wholes]:
+        """Return the number of the event and of the individual of each row."""
+        columns = self.spec.columns
+        individuals = self._individuals.of(texts(piece[columns.individual]))
+        if columns.event is None:
+            name = pa.array([file.path.stem])
+            return np.repeat(self._events.of(name), piece.num_rows), individuals
+        return self._events.of(texts(piece[columns.event])), individuals
+
+    def sort_into(self, folder: Path) -> Iterator[list[Track]]:
+        """Write all rows into a folder, and yield the tracks of each event.
+
+        Events and individuals are in the order of their names, numbers by value.
+        """
+        keys = sorted(self._counts, key=self._order)
+        firsts = np.cumsum([0, *(self._counts[key] for key in keys)])
+        total = int(firsts[-1])
+        shape = (VY + 1, max(total, 1))
+        sorted_numbers = np.memmap(folder / "numbers", np.float64, "w+", shape=shape)
+        sorted_rows = np.memmap(folder / "rows", np.int64, "w+", shape=shape[1:])
+        following = dict(zip(keys, firsts.tolist(), strict=False))
+        row = 0
+        for file in self.files:
+            begin = row
+            for piece in file.pieces(self.columns, self.errors):
+                values = self._numbers(file, piece, row - begin)
+                places = self._places(file, piece, following)
+                sorted_numbers[:, places] = values
+                sorted_rows[places] = np.arange(row, row + piece.num_rows)
+                row += piece.num_rows
+        ends = dict(zip(keys, firsts[1:].tolist(), strict=True))
+        by_event = defaultdict[int, list[tuple[int, int]]](list)
+        for key in keys:
+            by_event[key[0]].append(key)
+        events, individuals = self._events.names, self._individuals.names
+        for number, own in by_event.items():
+            yield [
+                Track(
+                    events[number],
+                    individuals[key[1]],
+                    self._kinds.get(key[1], UNNAMED),
+                    sorted_numbers[:, ends[key] - self._counts[key] : ends[key]],
+                    sorted_rows[ends[key] - self._counts[key] : ends[key]],
+                )
+                for key in own
+            ]
+
+    def _numbers(self, file: TrackFile, piece: pa.Table, first: int) -> Floats:
+        values = np.full((VY + 1, piece.num_rows), np.nan)
+        for row, name in enumerate(self._measured):
+            values[row] = numbers(piece[name], name, file, first, self.errors)
+        lacking = np.flatnonzero(np.isnan(values[TIME]))
+        if lacking.size:
+            place = file.place(first + int(lacking[0]))
+            words = f"{self._measured[0]} is missing"
+            self.errors.note("a missing time", place, words, len(lacking))
+        if self.spec.columns.frame:
+            values[TIME] *= self.spec.time_step
+        values[X:] *= self.spec.scale
+        return values
+
+    def _places(
+        self, file: TrackFile, piece: pa.Table, following: dict[tuple[int, int], int]
+    ) -> Wholes:
+        """Return the place of each row among the sorted rows, and note it as taken."""
+        events, individuals = self._groups(file, piece)
+        order = np.lexsort((individuals, events))
+        changes = (np.diff(events[order]) != 0) | (np.diff(individuals[order]) != 0)
+        places = np.empty(piece.num_rows, np.int64)
+        for own in np.split(order, np.flatnonzero(changes) + 1):
+            if own.size:
+                key = (int(events[own[0]]), int(individuals[own[0]]))
+                begin = following[key]
+                places[own] = np.arange(begin, begin + own.size)
+                following[key] = begin + own.size
+        return places
+
+    def _order(self, key: tuple[int, int]) -> tuple[object, ...]:
+        event = self._events.names[key[0]]
+        individual = self._individuals.names[key[1]]
+        kind = self._kinds.get(key[1], UNNAMED)
+        return _by_value(event), kind, _by_value(individual)
+
+
+def _by_value(name: str) -> tuple[bool, int, str]:
+    """Return a key that sorts numbers by value, and texts after numbers."""
+    is_number = name.isdecimal() and name.isascii()
+    return not is_number, int(name) if is_number else 0, name

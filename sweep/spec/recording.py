@@ -1,0 +1,241 @@
+"""The section `recording`: tracked individuals in place of a model.
+
+The section describes files with positions over time, from which each event becomes a
+trial. `sweep.recordings` reads the files.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Literal, get_args
+
+from kernels.metrics import Metric
+from kernels.model import Model
+from sweep.spec.contents import ListOf, Number, OneOf, Text
+from sweep.spec.document import Entry
+from sweep.spec.keys import Key, SectionOf
+from sweep.spec.mistakes import Mistakes
+from sweep.text import so_many
+
+Velocities = Literal["given", "central", "backward"]
+Delimiter = Literal[",", ";", "tab"]
+VELOCITIES = OneOf("scheme of velocities", get_args(Velocities))
+DELIMITER = OneOf("delimiter", get_args(Delimiter))
+COLUMN = Text("the name of a column")
+RECORDING = "recording"
+"""Key of the section, and name of the model that plays the recording."""
+
+
+@dataclass(frozen=True)
+class TrackColumns:
+    """Names of the columns of a recording, as trackdf writes them by default."""
+
+    individual: Annotated[
+        str, Key(COLUMN, "name of the individual", example="animal")
+    ] = "id"
+    time: Annotated[
+        str, Key(COLUMN, "time in seconds, unless `frame` is given", example="time")
+    ] = "t"
+    frame: Annotated[
+        str | None,
+        Key(
+            COLUMN,
+            "number of the frame, instead of `time`",
+            otherwise="none",
+            example="frame",
+        ),
+    ] = None
+    x: Annotated[str, Key(COLUMN, "position along x", example="x_cm")] = "x"
+    y: Annotated[str, Key(COLUMN, "position along y", example="y_cm")] = "y"
+    vx: Annotated[
+        str | None,
+        Key(
+            COLUMN,
+            "velocity along x, for `velocities: given`",
+            otherwise="none",
+            example="vx",
+        ),
+    ] = None
+    vy: Annotated[
+        str | None,
+        Key(
+            COLUMN,
+            "velocity along y, for `velocities: given`",
+            otherwise="none",
+            example="vy",
+        ),
+    ] = None
+    event: Annotated[
+        str | None,
+        Key(
+            COLUMN,
+            "name of the event, which is a trial",
+            otherwise="each file is an event",
+            example="drive",
+        ),
+    ] = None
+    kind: Annotated[
+        str | None,
+        Key(
+            COLUMN,
+            "kind of the individual, such as sheep or dog",
+            otherwise="one kind",
+            example="species",
+        ),
+    ] = None
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Lower left corner of the world, in the coordinates of the files after `scale`."""
+
+    x: Annotated[float, Key(Number(), "x of the corner", example="-2")] = 0.0
+    y: Annotated[float, Key(Number(), "y of the corner", example="-2")] = 0.0
+
+
+@dataclass(frozen=True)
+class RecordingSpec:
+    """Files with tracked individuals, and the way from rows to frames."""
+
+    files: Annotated[
+        tuple[str, ...],
+        Key(
+            ListOf(Text("a path from the folder of the spec"), "paths or patterns"),
+            "CSV or parquet files with one row per individual and time, or patterns",
+            example="[tracks/*.csv]",
+        ),
+    ]
+    time_step: Annotated[
+        float,
+        Key(
+            Number(above=0, unit="seconds"),
+            "time between two frames",
+            example="0.1",
+        ),
+    ]
+    columns: Annotated[
+        TrackColumns,
+        Key(
+            SectionOf(TrackColumns),
+            "names of the columns",
+            otherwise="id, t, x and y",
+            example="{individual: animal, time: seconds}",
+        ),
+    ] = TrackColumns()
+    length: Annotated[
+        str, Key(Text("a unit of length"), "unit of length of the study", example="cm")
+    ] = "m"
+    scale: Annotated[
+        float,
+        Key(
+            Number(above=0),
+            "factor from the lengths of the files to the unit of length",
+            example="0.01",
+        ),
+    ] = 1.0
+    origin: Annotated[
+        Origin | None,
+        Key(
+            SectionOf(Origin),
+            "lower left corner of the world; positions are measured from the corner",
+            otherwise="(0, 0), or a corner below the least positions if they are"
+            " negative",
+            example="{x: -2, y: 0}",
+        ),
+    ] = None
+    gaps: Annotated[
+        float,
+        Key(
+            Number(least=0, unit="seconds"),
+            "longest time between two rows of an individual that is interpolated",
+            otherwise="0, which interpolates nothing",
+            example="0.5",
+        ),
+    ] = 0.0
+    velocities: Annotated[
+        Velocities,
+        Key(
+            VELOCITIES,
+            "source of velocities: columns of the files, central differences or"
+            " backward differences of positions",
+            example="given",
+        ),
+    ] = "central"
+    fastest: Annotated[
+        float | None,
+        Key(
+            Number(above=0),
+            "largest speed between two rows of an individual; a larger one is an error",
+            otherwise="no limit",
+            example="12",
+        ),
+    ] = None
+    delimiter: Annotated[
+        Delimiter, Key(DELIMITER, "delimiter of CSV files", example='";"')
+    ] = ","
+    source: Annotated[
+        str,
+        Key(
+            Text("a reference, with the DOI"),
+            "reference of the data, which `sweep cite` prints",
+            example='"A. Author (2024), Title, doi.org/10.1000/1"',
+        ),
+    ] = ""
+
+
+def check_of_recording(root: Entry, model: Model, given: Iterable[str]) -> None:
+    """Raise SpecError for values of parameters that are measured.
+
+    Parameters
+    ----------
+    root : Entry
+        The whole spec.
+    model : Model
+        Model of a recording.
+    given : iterable of str
+        Parameters with a value in the spec.
+    """
+    measured = {"n", "steps", *model.params._fields}
+    for name in given:
+        if name in measured:
+            words = f'the recording gives the value of "{name}"; remove the key'
+            raise root.child(RECORDING).error(words)
+
+
+def check_measurable(
+    root: Entry, model: Model, *, heatmaps: bool, metrics: Mapping[str, Metric]
+) -> None:
+    """Raise SpecError for data that need all individuals in each frame.
+
+    Counts of visits, of events and of contacts, and sums over all steps, include each
+    step. An individual without a position would count at its last position.
+
+    Parameters
+    ----------
+    root : Entry
+        The whole spec.
+    model : Model
+        Model of a recording.
+    heatmaps : bool
+        Whether the study records visits.
+    metrics : mapping of Metric
+        Recorded metrics by name.
+    """
+    absent = [event for event in model.events if event.absent > 0.0]
+    if not absent:
+        return
+    first = absent[0]
+    why = (
+        f"positions are absent in {so_many(len(absent), 'event')}, such as"
+        f' "{first.name}" ({100 * first.absent:.2g} %); `gaps` fills short gaps'
+    )
+    mistakes = Mistakes()
+    for name, metric in metrics.items():
+        with mistakes.noted():
+            if not metric.looks:
+                words = f'metric "{name}" needs each individual in each frame'
+                raise root.document.error(("record",), f"{words}; {why}")
+    with mistakes.noted():
+        if heatmaps:
+            words = "heatmaps need each individual in each frame"
+            raise root.document.error(("record", "heatmaps"), f"{words}; {why}")
+    mistakes.check()

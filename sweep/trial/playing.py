@@ -1,0 +1,136 @@
+"""Playback of an event of a recording, in the place of a model that steers boids.
+
+The frames of an event are on the disk. A trial reads the frames of one kernel call at a
+time. An individual without a position keeps the last one, so that the kernels have
+numbers, and metrics leave the individual out in that frame.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kernels.flight import Flight, measure
+from kernels.metrics import Metric
+from kernels.playback import Played
+from kernels.recording import FILLED, Frames
+from sweep.design import Job, LastFlock
+from sweep.recordings import open_frames
+
+Floats = NDArray[np.float64]
+Presence = NDArray[np.bool_]
+FRAMES_AT_ONCE = 1024
+"""Largest number of frames in memory, besides recorded frames."""
+
+
+class Playback:
+    """Frames of the event of a job.
+
+    Parameters
+    ----------
+    job : Job
+        Trial of a recording.
+    """
+
+    def __init__(self, job: Job) -> None:
+        event = job.known.models[job.model].events[job.replicate]
+        self._frames = open_frames(event)
+        self._dt = float(job.settings["dt"])
+        self._last = _known(np.zeros(self._frames.shape[1:]), self._frames[:1])[-1]
+        self.complete = event.absent == 0.0
+
+    def beginning(self) -> LastFlock:
+        """Return the flock of the first frame."""
+        boids = self._last.shape[1]
+        none = np.empty((0, boids))
+        return LastFlock(self._last.copy(), self._last[2:].copy(), none)
+
+    def load(self, flight: Flight, steps: int) -> int:
+        """Give a flight its next frames; return the number of frames, at most `steps`.
+
+        Parameters
+        ----------
+        flight : Flight
+            Its boids are at the last frame that was loaded.
+        steps : int
+            Number of frames that the caller wants.
+        """
+        first = flight.step + 1
+        count = min(steps, FRAMES_AT_ONCE)
+        before = np.stack(flight.flock[:4])
+        bodies = _known(before, self._frames[first : first + count])
+        flight.params = Played(self._dt, bodies, first)
+        return count
+
+    def present(self, steps: NDArray[np.int64]) -> Presence:
+        """Return which boids have a position after given steps, shape (F, N)."""
+        present: Presence = np.isfinite(self._frames[steps, 0])
+        return present
+
+    def measure(self, flight: Flight, metrics: Sequence[Metric]) -> Floats:
+        """Return the values of metrics of the boids with a position.
+
+        Frames with the same boids are measured together.
+
+        Parameters
+        ----------
+        flight : Flight
+            With frames in memory.
+        metrics : sequence of Metric
+
+        Returns
+        -------
+        array of float64, shape (number of metrics, F)
+            NaN for a frame without any position.
+        """
+        frames, filled = flight.record.frames, flight.filled
+        if self.complete or not filled or not any(metric.looks for metric in metrics):
+            return measure(flight, metrics)
+        values = np.full((len(metrics), filled), np.nan)
+        present = self.present(frames.step[:filled])
+        changes = (present[1:] != present[:-1]).any(axis=1)
+        for alike in np.split(np.arange(filled), np.flatnonzero(changes) + 1):
+            who = np.flatnonzero(present[alike[0]])
+            if who.size:
+                values[:, alike] = measure(_among(flight, alike, who), metrics)
+        return values
+
+
+def playback_of(job: Job) -> Playback | None:
+    """Return the playback of a trial of a recording; None for any other trial."""
+    return Playback(job) if job.known.models[job.model].events else None
+
+
+def _among(flight: Flight, alike: NDArray[np.int64], who: NDArray[np.int64]) -> Flight:
+    """Return a flight with some of the frames, and some of the boids, for metrics."""
+    bodies, counts, step, integrals = flight.record.frames
+    frames = Frames(
+        bodies[alike][:, :, who].copy(), counts[alike], step[alike], integrals[alike]
+    )
+    progress = flight.record.progress.copy()
+    progress[FILLED] = len(alike)
+    ground = flight.ground
+    failing = flight.work.robots.failing
+    robots = flight.work.robots._replace(
+        failing=failing._replace(fails_at=failing.fails_at[who])
+    )
+    return replace(
+        flight,
+        record=flight.record._replace(frames=frames, progress=progress),
+        ground=ground._replace(boids=len(who), kind=ground.kind[who]),
+        work=flight.work._replace(robots=robots),
+    )
+
+
+def _known(before: Floats, frames: Floats) -> Floats:
+    """Return frames (F, 4, N) in which missing values are the last known ones.
+
+    `before` (4, N) has the values before the first frame.
+    """
+    known = np.concatenate([before[np.newaxis], frames])
+    missing = np.isnan(known)
+    rows = np.arange(len(known))[:, np.newaxis, np.newaxis]
+    last = np.maximum.accumulate(np.where(missing, 0, rows), axis=0)
+    filled: Floats = np.take_along_axis(known, last, axis=0)[1:]
+    return filled
