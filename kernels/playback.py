@@ -131,7 +131,7 @@ def parameters_of(event: Event, kinds: Iterable[str]) -> dict[str, float | int]:
 
 def _count(kind: str) -> str:
     """Return the name of the parameter with the number of individuals of a kind."""
-    return f"n_{kind}"
+    return f"count_{kind}"
 
 
 def recorded_model(

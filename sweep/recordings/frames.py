@@ -10,6 +10,7 @@ import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -50,18 +51,35 @@ def open_frames(event: Event) -> Floats:
 
     The rows are x, y, vx and vy; NaN for an individual without a position.
 
-    Raises StoreError if the frames are not on this machine.
+    Raises StoreError if the frames are not on this machine, or have changed.
     """
     path = frames_folder() / f"{event.sha}{FRAMES}"
+    remedy = "launch the study again where its files are"
     try:
         frames: Floats = np.load(path, mmap_mode="r")
+        about = path.stat()
         with suppress(OSError):
             os.utime(path)
     except (OSError, ValueError):
         words = f'the frames of event "{event.name}" of a recording are not in'
-        remedy = "launch the study where its files are, on a machine with this folder"
-        raise StoreError(f"{words} {path.parent}: {remedy}") from None
+        raise StoreError(f"{words} {path.parent}; {remedy}") from None
+    if _sha_of(path, about.st_size) != event.sha:
+        path.unlink(missing_ok=True)
+        raise StoreError(f"{path} was damaged, and is deleted; {remedy}")
     return frames
+
+
+@cache
+def _sha_of(path: Path, _size: int) -> str:
+    """Return the sha256 of kept frames, computed once in a process."""
+    return _sha(np.load(path, mmap_mode="r"))
+
+
+def _sha(frames: Floats) -> str:
+    digest = hashlib.sha256(repr(frames.shape).encode())
+    for first in range(0, len(frames), FRAMES_AT_ONCE):
+        digest.update(frames[first : first + FRAMES_AT_ONCE].tobytes())
+    return digest.hexdigest()
 
 
 def are_kept(event: Event) -> bool:
@@ -121,7 +139,7 @@ class EventFrames:
             self.frames[:, :, boid] = self._frames_of(track)
         if not errors and self.present < LEAST_PRESENT * count:
             words = (
-                f"only {100 * self.present / count:.2g} % of the positions have a row;"
+                f"less than {100 * LEAST_PRESENT:g} % of the positions have a row;"
                 " is time_step in the unit of the times?"
             )
             errors.note("few positions", f'event "{self.name}"', words)
@@ -222,12 +240,9 @@ class EventFrames:
 
     def keep(self) -> str:
         """Move the frames into the folder of the user; return their sha256."""
-        digest = hashlib.sha256(repr(self.frames.shape).encode())
-        for first in range(0, len(self.frames), FRAMES_AT_ONCE):
-            digest.update(self.frames[first : first + FRAMES_AT_ONCE].tobytes())
+        sha = _sha(self.frames)
         self.frames.flush()
         del self.frames
-        sha = digest.hexdigest()
         self.path.replace(frames_folder() / f"{sha}{FRAMES}")
         return sha
 

@@ -4,13 +4,20 @@ The text has all facts of a recording except the frames. The store keeps the tex
 the text of custom code, so that tables need no files.
 """
 
+import hashlib
 import json
+import logging
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from kernels.identity import package_sha
 from kernels.model import Event, Model
 from kernels.playback import recorded_model
 from sweep.errors import StoreError
@@ -18,13 +25,18 @@ from sweep.recordings.frames import (
     EventFrames,
     are_kept,
     forget_oldest,
+    frames_folder,
     working_folder,
 )
 from sweep.recordings.row_errors import RowErrors
 from sweep.recordings.rows import TrackFile, check_columns, track_files
-from sweep.recordings.tracks import UNNAMED, Tracks
+from sweep.recordings.tracks import UNNAMED, Floats, Tracks
 from sweep.spec import RECORDING, Entry, RecordingSpec, read_section
+from sweep.text import so_many
 
+LOG = logging.getLogger("sweep")
+LARGE = 100_000_000
+"""Bytes of files whose reading takes several seconds."""
 SUFFIX = ".recording"
 """Ending of the text in the list of the files of a study."""
 
@@ -49,70 +61,73 @@ def described(entry: Entry) -> str:
     _check_velocities(entry, spec)
     for file in files:
         check_columns(entry, file, Tracks(files, spec, RowErrors(entry)).columns)
-    stamps = tuple((file.path, *_stamp(file.path)) for file in files)
-    text = _described(stamps, spec, _Unhashed((entry, files)))
-    if not all(map(are_kept, as_model(text).events)):
-        _described.cache_clear()
-        text = _described(stamps, spec, _Unhashed((entry, files)))
+    kept = frames_folder() / f"{_key(files, spec)}{SUFFIX}"
+    with suppress(OSError, ValueError):
+        text = kept.read_text()
+        if all(map(are_kept, as_model(text).events)):
+            return text
+    size = sum(file.path.stat().st_size for file in files)
+    if size > LARGE:
+        LOG.warning(
+            "reading %s, %.0f MB, once", so_many(len(files), "file"), size / 1e6
+        )
+    try:
+        text = _read(entry, spec, files)
+        with working_folder() as folder:
+            (folder / "text").write_text(text)
+            (folder / "text").replace(kept)
+    except OSError as error:
+        words = f"frames of the recording cannot be written: {error}"
+        raise StoreError(words) from None
     return text
 
 
-class _Unhashed(tuple[Any, ...]):
-    """Arguments on which no result depends, besides those that are hashed."""
+def _key(files: Iterable[TrackFile], spec: RecordingSpec) -> str:
+    """Return a hash of the state of the files, the section and the reader.
 
-    __slots__ = ()
+    A changed file has another size or time.
+    """
+    stamps = [(str(file.path.resolve()), *_state(file.path)) for file in files]
+    reader = package_sha(Path(__file__).parent)
+    content = json.dumps([reader, stamps, asdict(spec)])
+    return hashlib.sha256(content.encode()).hexdigest()
 
-    def __hash__(self) -> int:
-        return 0
 
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Unhashed)
-
-
-def _stamp(path: Path) -> tuple[int, int]:
+def _state(path: Path) -> tuple[int, int]:
     about = path.stat()
     return about.st_size, about.st_mtime_ns
 
 
-@lru_cache(maxsize=16)
-def _described(_stamps: tuple[Any, ...], spec: RecordingSpec, read: _Unhashed) -> str:
+def _read(entry: Entry, spec: RecordingSpec, files: list[TrackFile]) -> str:
     """Read the files, keep the frames and return the text."""
-    entry: Entry
-    files: list[TrackFile]
-    entry, files = read
     errors = RowErrors(entry)
     tracks = Tracks(files, spec, errors)
     tracks.count()
     errors.check()
     low = math.inf, math.inf
     high = -math.inf, -math.inf
-    try:
-        with working_folder() as folder:
-            made = list[tuple[EventFrames, tuple[str, ...]]]()
-            for number, own in enumerate(tracks.sort_into(folder)):
-                errors.check()
-                place = folder / f"event-{number}"
-                place.mkdir()
-                event = EventFrames(own, tracks, place, errors)
-                if not errors:
-                    made.append((event, tuple(track.kind for track in own)))
-                    corner = event.frames[:, :2]
-                    low = tuple(map(min, low, _over(corner, "min")))
-                    high = tuple(map(max, high, _over(corner, "max")))
+    with working_folder() as folder:
+        made = list[tuple[EventFrames, tuple[str, ...]]]()
+        for number, own in enumerate(tracks.sort_into(folder)):
             errors.check()
-            if not made:
-                raise entry.error("the files have no rows")
-            origin = _origin(spec, low)
-            size = [
-                max(1.0, math.ceil(end - begin))
-                for end, begin in zip(high, origin, strict=True)
-            ]
-            kinds = sorted({kind for _, own in made for kind in own} - {UNNAMED})
-            events = [_kept(event, own, kinds, origin) for event, own in made]
-    except OSError as error:
-        raise StoreError(
-            f"frames of the recording cannot be written: {error}"
-        ) from None
+            place = folder / f"event-{number}"
+            place.mkdir()
+            event = EventFrames(own, tracks, place, errors)
+            if not errors:
+                made.append((event, tuple(track.kind for track in own)))
+                corner = event.frames[:, :2]
+                low = tuple(map(min, low, _least(corner)))
+                high = tuple(map(max, high, _largest(corner)))
+        errors.check()
+        if not made:
+            raise entry.error("the files have no rows")
+        origin = _origin(spec, low)
+        size = [
+            max(1.0, math.ceil(end - begin))
+            for end, begin in zip(high, origin, strict=True)
+        ]
+        kinds = sorted({kind for _, own in made for kind in own} - {UNNAMED})
+        events = [_kept(event, own, kinds, origin) for event, own in made]
     forget_oldest([event.sha for event in events])
     return json.dumps(
         {
@@ -136,12 +151,14 @@ def _origin(spec: RecordingSpec, low: Sequence[float]) -> list[float]:
     return [min(0.0, math.floor(value)) for value in low]
 
 
-def _over(corner: Any, which: str) -> list[float]:
-    """Return the least or the largest x and y of frames (F, 2, N), without NaN."""
-    import numpy as np
+def _least(corner: Floats) -> list[float]:
+    """Return the least x and y of frames (F, 2, N), without NaN."""
+    return [float(np.fmin.reduce(corner[:, axis], axis=None)) for axis in (0, 1)]
 
-    reduce = {"min": np.fmin, "max": np.fmax}[which].reduce
-    return [float(reduce(reduce(corner[:, axis]))) for axis in (0, 1)]
+
+def _largest(corner: Floats) -> list[float]:
+    """Return the largest x and y of frames (F, 2, N), without NaN."""
+    return [float(np.fmax.reduce(corner[:, axis], axis=None)) for axis in (0, 1)]
 
 
 def _kept(

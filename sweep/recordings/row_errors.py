@@ -3,6 +3,7 @@
 from collections import defaultdict
 
 from sweep.spec import Entry, Mistakes
+from sweep.text import so_many
 
 MOST_OF_A_KIND = 3
 """Number of rows with one mistake that are reported; further rows are counted."""
@@ -52,5 +53,6 @@ class RowErrors:
                     raise self._entry.error(row)
             with mistakes.noted():
                 if more := self._counts[kind] - len(rows):
-                    raise self._entry.error(f"{more:,} more rows: {kind}")
+                    words = so_many(more, "more row")
+                    raise self._entry.error(f"{words}: {kind}")
         mistakes.check()

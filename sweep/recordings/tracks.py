@@ -13,11 +13,14 @@ from typing import NamedTuple
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute as pc
 from numpy.typing import NDArray
 
+from kernels.model import WORKING
 from sweep.recordings.row_errors import RowErrors
 from sweep.recordings.rows import TrackFile, numbers, texts
-from sweep.spec import RecordingSpec
+from sweep.spec import NAME, RecordingSpec
+from sweep.text import shortened
 
 TIME, X, Y, VX, VY = range(5)
 """Rows of the numbers of a track."""
@@ -25,7 +28,8 @@ Floats = NDArray[np.float64]
 Wholes = NDArray[np.int64]
 UNNAMED = ""
 """Kind of all individuals of a recording without kinds."""
-ROWS_AT_ONCE = 1_000_000
+MOST_NAMES = 2**31
+"""Upper bound of the numbers of names."""
 
 
 class Track(NamedTuple):
@@ -117,30 +121,51 @@ class Tracks:
         """Count the rows of each track, and note the kinds of individuals."""
         rows = 0
         for file in self.files:
+            begin = rows
             for piece in file.pieces(list(dict.fromkeys(self._named)), self.errors):
-                self._count_piece(file, piece)
+                self._count_piece(file, piece, rows - begin)
                 rows += piece.num_rows
             self._ends.append(rows)
 
-    def _count_piece(self, file: TrackFile, piece: pa.Table) -> None:
+    def _count_piece(self, file: TrackFile, piece: pa.Table, first: int) -> None:
+        self._check_names(file, piece, first)
         events, individuals = self._groups(file, piece)
-        pairs, counts = np.unique([events, individuals], axis=1, return_counts=True)
-        for event, individual, count in zip(*pairs.tolist(), counts, strict=True):
-            key = (event, individual)
-            self._counts[key] = self._counts.get(key, 0) + int(count)
+        pairs, counts = np.unique(_pair(events, individuals), return_counts=True)
+        for pair, count in zip(pairs.tolist(), counts.tolist(), strict=True):
+            key = divmod(pair, MOST_NAMES)
+            self._counts[key] = self._counts.get(key, 0) + count
         column = self.spec.columns.kind
         if column is None:
             return
         kinds = texts(piece[column]).dictionary_encode()
         names = kinds.dictionary.to_pylist()
-        both = np.array([individuals, kinds.indices.to_numpy()])
-        for individual, kind in np.unique(both, axis=1).T.tolist():
+        pairs = np.unique(_pair(individuals, kinds.indices.to_numpy()))
+        for individual, kind in (divmod(pair, MOST_NAMES) for pair in pairs.tolist()):
             known = self._kinds.setdefault(individual, names[kind])
             if known != names[kind]:
                 words = f'"{names[kind]}" and "{known}" are kinds of one individual'
                 whose = self._individuals.names[individual]
                 place = f"{file.name}, individual {whose}"
                 self.errors.note("two kinds of one individual", place, words)
+
+    def _check_names(self, file: TrackFile, piece: pa.Table, first: int) -> None:
+        """Note rows without a name, and kinds that no column of a table can have."""
+        for column in self._named:
+            names = texts(piece[column])
+            lacking = pc.or_kleene(pc.is_null(names), pc.equal(names, ""))
+            if rows := np.flatnonzero(lacking.to_numpy(zero_copy_only=False)).tolist():
+                place = file.place(first + rows[0])
+                words = f"{column} is missing"
+                self.errors.note("a missing name", place, words, len(rows))
+        if self.spec.columns.kind is None:
+            return
+        for kind in texts(piece[self.spec.columns.kind]).unique().to_pylist():
+            if kind and (kind == WORKING or not NAME.fullmatch(kind)):
+                words = (
+                    f'a kind cannot be called "{shortened(kind)}"; allowed: lower-case'
+                    f' letters, digits and _, with a letter first, but not "{WORKING}"'
+                )
+                self.errors.note("kinds of this name", file.name, words)
 
     def _groups(self, file: TrackFile, piece: pa.Table) -> tuple[Wholes, Wholes]:
         """Return the number of the event and of the individual of each row."""
@@ -224,6 +249,11 @@ class Tracks:
         individual = self._individuals.names[key[1]]
         kind = self._kinds.get(key[1], UNNAMED)
         return _by_value(event), kind, _by_value(individual)
+
+
+def _pair(first: Wholes, second: Wholes) -> Wholes:
+    """Return a number for each pair of numbers of names, for `divmod`."""
+    return first * MOST_NAMES + second
 
 
 def _by_value(name: str) -> tuple[bool, int, str]:

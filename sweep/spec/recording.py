@@ -10,6 +10,7 @@ from typing import Annotated, Literal, get_args
 
 from kernels.metrics import Metric
 from kernels.model import Model
+from kernels.settings import Actuation, Breakdowns, Medium, Sensing, StartSettings
 from sweep.spec.contents import ListOf, Number, OneOf, Text
 from sweep.spec.document import Entry
 from sweep.spec.keys import Key, SectionOf
@@ -21,6 +22,8 @@ Delimiter = Literal[",", ";", "tab"]
 VELOCITIES = OneOf("scheme of velocities", get_args(Velocities))
 DELIMITER = OneOf("delimiter", get_args(Delimiter))
 COLUMN = Text("the name of a column")
+NO_EFFECT = (Sensing, Actuation, Breakdowns, Medium, StartSettings)
+"""Groups of parameters that steer boids, which a recording does not."""
 RECORDING = "recording"
 """Key of the section, and name of the model that plays the recording."""
 
@@ -183,7 +186,7 @@ class RecordingSpec:
 
 
 def check_of_recording(root: Entry, model: Model, given: Iterable[str]) -> None:
-    """Raise SpecError for values of parameters that are measured.
+    """Raise SpecError for values of parameters that are measured, or have no effect.
 
     Parameters
     ----------
@@ -195,10 +198,17 @@ def check_of_recording(root: Entry, model: Model, given: Iterable[str]) -> None:
         Parameters with a value in the spec.
     """
     measured = {"n", "steps", *model.params._fields}
+    idle = {name for group in NO_EFFECT for name in group._fields}
+    mistakes = Mistakes()
     for name in given:
-        if name in measured:
-            words = f'the recording gives the value of "{name}"; remove the key'
-            raise root.child(RECORDING).error(words)
+        with mistakes.noted():
+            if name in measured:
+                words = f'the recording gives the value of "{name}"; remove the key'
+                raise root.child(RECORDING).error(words)
+            if name in idle:
+                words = f'"{name}" has no effect on recorded individuals'
+                raise root.child(RECORDING).error(f"{words}; remove the key")
+    mistakes.check()
 
 
 def check_measurable(

@@ -207,11 +207,12 @@ def _check_heatmaps(table: pa.Table, _known: Catalogue) -> None:
         raise ValueError("the number of visits is not rows times columns")
 
 
-def _check_trajectories(table: pa.Table, _known: Catalogue) -> None:
+def _check_trajectories(table: pa.Table, known: Catalogue) -> None:
     _check_types(table, {"trial_id": pa.string(), "frame": pa.int64()})
     names = [name for name in table.column_names if name not in ("trial_id", "frame")]
     _check_full(table, names)
-    boids = _check_boids(table, names)
+    recorded = any(model.events for model in known.models.values())
+    boids = _check_boids(table, names, absent=recorded)
     frames = _integers(table, "frame")
     ids = table["trial_id"].combine_chunks()
     trials = ids.dictionary_encode().indices.to_numpy()
@@ -232,8 +233,14 @@ def _check_last_flocks(table: pa.Table, _known: Catalogue) -> None:
     _check_boids(table, names)
 
 
-def _check_boids(table: pa.Table, names: Sequence[str]) -> NDArray[np.int64]:
-    """Return the number of boids in each row, on which all columns must agree."""
+def _check_boids(
+    table: pa.Table, names: Sequence[str], absent: bool = False
+) -> NDArray[np.int64]:
+    """Return the number of boids in each row, on which all columns must agree.
+
+    With `absent` a boid may have NaN, as an individual of a recording without a
+    position.
+    """
     boids = _lengths(table, "x", pa.float64())
     numbers = sorted(set(names) - {"kind"})
     lengths = {name: _lengths(table, name, pa.float64()) for name in numbers}
@@ -242,7 +249,11 @@ def _check_boids(table: pa.Table, names: Sequence[str]) -> NDArray[np.int64]:
     if boids.min() < 1 or any((length != boids).any() for length in lengths.values()):
         raise ValueError(f"{', '.join(names)} have different numbers of boids")
     for name in names:
-        if not pc.all(pc.is_finite(pc.list_flatten(table[name]))).as_py():
+        values = pc.list_flatten(table[name])
+        allowed = pc.is_finite(values)
+        if absent and pa.types.is_floating(values.type):
+            allowed = pc.or_(allowed, pc.is_nan(values))
+        if not pc.all(allowed).as_py():
             raise ValueError(f"{name} has values that are not finite")
     return boids
 

@@ -88,18 +88,30 @@ class Playback:
         if self.complete or not filled or not any(metric.looks for metric in metrics):
             return measure(flight, metrics)
         values = np.full((len(metrics), filled), np.nan)
-        present = self.present(frames.step[:filled])
-        changes = (present[1:] != present[:-1]).any(axis=1)
-        for alike in np.split(np.arange(filled), np.flatnonzero(changes) + 1):
-            who = np.flatnonzero(present[alike[0]])
-            if who.size:
-                values[:, alike] = measure(_among(flight, alike, who), metrics)
+        per_step = np.array([metric.per_step for metric in metrics])
+        steps = frames.step[:filled]
+        present = self.present(steps)
+        # A change in one step needs the position of the step before as well.
+        followed = present & self.present(np.maximum(steps - 1, 0))
+        for rows, those in ((~per_step, present), (per_step, followed)):
+            chosen = [metrics[row] for row in np.flatnonzero(rows)]
+            for alike in _alike(those) if chosen else ():
+                who = np.flatnonzero(those[alike[0]])
+                if who.size:
+                    among = _among(flight, alike, who)
+                    values[np.ix_(rows, alike)] = measure(among, chosen)
         return values
 
 
 def playback_of(job: Job) -> Playback | None:
     """Return the playback of a trial of a recording; None for any other trial."""
     return Playback(job) if job.known.models[job.model].events else None
+
+
+def _alike(present: Presence) -> list[NDArray[np.int64]]:
+    """Return the indices of consecutive frames with the same boids."""
+    changes = (present[1:] != present[:-1]).any(axis=1)
+    return np.split(np.arange(len(present)), np.flatnonzero(changes) + 1)
 
 
 def _among(flight: Flight, alike: NDArray[np.int64], who: NDArray[np.int64]) -> Flight:

@@ -1,5 +1,6 @@
 """The trajectory of a trial, read back as a recording, gives the numbers of the trial."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -54,8 +55,10 @@ def rows_of(result: Result) -> pd.DataFrame:
     )
 
 
-def recording_of(result: Result, path: Path) -> Job:
-    """The trial of the recording at `path`, in the world of a trial."""
+def recording_of(result: Result, path: Path, metrics: Sequence[str] = ()) -> Job:
+    """The trial of the recording at `path`, in the world of a trial; by default with
+    all metrics of the trial.
+    """
     settings = result.job.settings
     observed = (*Observation._fields, *WorldSettings._fields)
     study = study_of(
@@ -77,8 +80,8 @@ def recording_of(result: Result, path: Path) -> Job:
             "seed": result.job.seed,
             "fixed": {name: settings[name] for name in observed},
             "record": {
-                "metrics": list(result.job.record.metrics),
-                "series": list(result.job.record.series),
+                "metrics": list(metrics or result.job.record.metrics),
+                "series": list(metrics or result.job.record.series),
                 "trajectories": True,
             },
         },
@@ -107,3 +110,39 @@ def test_a_recorded_trial_has_the_values_of_the_trial(
         if again.series[name].tobytes() != values.tobytes()
     ]
     assert different == []
+
+
+@pytest.mark.parametrize(("model", "preset"), FIRST_PRESETS[:2])
+def test_an_individual_without_a_position_is_left_out_of_a_frame(
+    model: str, preset: str, tmp_path: Path
+) -> None:
+    """In a gap the values are those of a recording without the individual. A change in
+    one step leaves the individual out in the first frame after the gap, too.
+    """
+    result = flown(model, preset)
+    metrics = [name for name in recorded_metrics(model) if METRICS[name].looks]
+    rows = rows_of(result)
+    hidden = rows["boid"] == 3
+    gap = rows["frame"].between(10, 14)
+    values = {}
+    for name, kept in {
+        "all": gap | ~gap,
+        "gap": ~(hidden & gap),
+        "none": ~hidden,
+    }.items():
+        file = tmp_path / f"{name}.csv"
+        rows[kept].to_csv(file, index=False)
+        recorded = run(recording_of(result, file, metrics))
+        assert recorded.error == ""
+        values[name] = recorded.series
+        if name == "gap":
+            assert recorded.job.settings["absent"] == pytest.approx(5 / (9 * 26))
+            assert recorded.trajectory is not None
+            absent = np.isnan(recorded.trajectory).any(axis=(1, 2))
+            assert np.flatnonzero(absent).tolist() == [10, 11, 12, 13, 14]
+    frames = np.arange(26)
+    for name in metrics:
+        last = 15 if METRICS[name].per_step else 14
+        without = (frames >= 10) & (frames <= last)
+        expected = np.where(without, values["none"][name], values["all"][name])
+        np.testing.assert_array_equal(values["gap"][name], expected, name)

@@ -336,8 +336,11 @@ def streams_in_common(side_a: Side, side_b: Side) -> tuple[str, ...]:
     """Return the random streams that two sides have in common.
 
     The stream of worlds counts only if worlds are random. The stream of starts counts
-    only if the two sides have equal kinds of initial conditions.
+    only if the two sides have equal kinds of initial conditions. A recording has
+    streams in common only with the same recording, where trials are paired by event.
     """
+    if _events(side_a) != _events(side_b):
+        return ()
     common = common_streams(side_a.trials) & common_streams(side_b.trials)
     drawn = all(
         any(
@@ -353,6 +356,13 @@ def streams_in_common(side_a: Side, side_b: Side) -> tuple[str, ...]:
         and (name != "world" or drawn)
         and (name != "start" or _starts(side_a) == _starts(side_b))
     )
+
+
+def _events(side: Side) -> set[str]:
+    """Return the hashes of the recorded events; none for a study of a model."""
+    models = side.study.known.models
+    names = side.trials["model"].unique()
+    return {event.sha for name in names for event in models[name].events}
 
 
 def _starts(side: Side) -> set[str]:
