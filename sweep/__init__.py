@@ -9,8 +9,8 @@ The list has the order of the layers. Each package imports only entries above it
     method       the entry of a method, and the registry of methods
     analysis/    arrays and tables -> estimates with confidence intervals
     spec/        YAML -> Study, and its schema
+    recordings/  tracked individuals -> frames
 
-    recordings/  files of tracked individuals -> frames
     own_code/    models and more from files next to a spec
     design/      Study -> points -> jobs, and their cost
     trial/       a job -> a Result: the only access to the kernels

@@ -242,7 +242,7 @@ def resolved(root: Entry, named: list[Reference], known: OwnCatalogue) -> Entry:
 
 
 def _as_model(root: Entry, known: OwnCatalogue) -> dict[str, Any]:
-    """Return the keys that a recording stands for: the model and a trial per event.
+    """Return the keys that a recording gives: the model, and a trial per event.
 
     Raises SpecError for keys that a recording excludes.
     """

@@ -57,7 +57,15 @@ class Sources:
         return f"own_{self.sha[:16]}"
 
     def also(self, file: str, text: str) -> "Sources":
-        """Return the files and one more."""
+        """Return the files and one more.
+
+        Parameters
+        ----------
+        file : str
+            Path of the further file.
+        text : str
+            Text of the further file.
+        """
         return Sources(tuple(sorted({**self.texts, file: text}.items())))
 
     def module(self, file: str) -> str:

@@ -16,11 +16,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels.caching import usual_folder
 from kernels.model import Event
 from sweep.errors import StoreError
 from sweep.recordings.row_errors import RowErrors
-from sweep.recordings.tracks import TIME, VX, VY, Floats, Track, Tracks, X, Y
+from sweep.recordings.tracks import TIME, VX, VY, Floats, TrackRows, Tracks, X, Y
 
 ON_TIME = 1e-3
 """Largest distance of a row from the time of a frame, in time steps.
@@ -42,8 +41,17 @@ Shares = tuple[int, int]
 
 
 def frames_folder() -> Path:
-    """Return the folder of this user with the frames of recordings."""
-    return usual_folder().with_name("recordings")
+    """Return the folder of this user with the frames of recordings.
+
+    Raises StoreError if the user has no home folder.
+    """
+    cache = Path(os.environ.get("XDG_CACHE_HOME") or "")
+    if not cache.is_absolute():
+        try:
+            cache = Path.home() / ".cache"
+        except RuntimeError:
+            raise StoreError("you have no home folder; set XDG_CACHE_HOME") from None
+    return cache / "boidsweep" / "recordings"
 
 
 def open_frames(event: Event) -> Floats:
@@ -57,13 +65,13 @@ def open_frames(event: Event) -> Floats:
     remedy = "launch the study again where its files are"
     try:
         frames: Floats = np.load(path, mmap_mode="r")
-        about = path.stat()
+        size = path.stat().st_size
         with suppress(OSError):
             os.utime(path)
     except (OSError, ValueError):
         words = f'the frames of event "{event.name}" of a recording are not in'
         raise StoreError(f"{words} {path.parent}; {remedy}") from None
-    if _sha_of(path, about.st_size) != event.sha:
+    if _sha_of(path, size) != event.sha:
         path.unlink(missing_ok=True)
         raise StoreError(f"{path} was damaged, and is deleted; {remedy}")
     return frames
@@ -90,9 +98,9 @@ def are_kept(event: Event) -> bool:
 @contextmanager
 def working_folder() -> Iterator[Path]:
     """Make an empty folder next to the kept frames, and delete it at the end."""
-    kept = frames_folder()
-    kept.mkdir(parents=True, exist_ok=True)
-    folder = Path(tempfile.mkdtemp(prefix="reading-", dir=kept))
+    parent = frames_folder()
+    parent.mkdir(parents=True, exist_ok=True)
+    folder = Path(tempfile.mkdtemp(prefix="reading-", dir=parent))
     try:
         yield folder
     finally:
@@ -112,24 +120,29 @@ class EventFrames:
     """
 
     def __init__(
-        self, tracks: Sequence[Track], every: Tracks, folder: Path, errors: RowErrors
+        self,
+        tracks: Sequence[TrackRows],
+        every: Tracks,
+        folder: Path,
+        errors: RowErrors,
     ) -> None:
-        spec = every.spec
+        self._spec = every.spec
+        self._errors = errors
+        self._every = every
         self.name = tracks[0].event
         self.interpolated = 0
         self.present = 0
         self.path = folder / "frames"
-        self._spec, self._errors, self._every = spec, errors, every
         begins = [np.nanmin(track.numbers[TIME]) for track in tracks]
         ends = [np.nanmax(track.numbers[TIME]) for track in tracks]
         self.begin = float(min(begins))
-        self.steps = round((float(max(ends)) - self.begin) / spec.time_step)
+        self.steps = round((float(max(ends)) - self.begin) / self._spec.time_step)
         count = (self.steps + 1) * len(tracks)
         if self.steps < 1:
-            words = "all rows are at one time; an event has at least two frames"
+            words = "all rows have equal times; an event has at least two frames"
             errors.note("an event of one frame", f'event "{self.name}"', words)
         elif count > MOST_VALUES:
-            words = f"{self.steps + 1:,} frames; is time_step in the unit of the times?"
+            words = f"{self.steps + 1:,} frames; check the units of time_step and times"
             errors.note("too many frames", f'event "{self.name}"', words)
         if errors:
             return
@@ -140,18 +153,17 @@ class EventFrames:
         if not errors and self.present < LEAST_PRESENT * count:
             words = (
                 f"less than {100 * LEAST_PRESENT:g} % of the positions have a row;"
-                " is time_step in the unit of the times?"
+                " check the units of time_step and times"
             )
             errors.note("few positions", f'event "{self.name}"', words)
 
-    def _frames_of(self, track: Track) -> Floats:
+    def _frames_of(self, track: TrackRows) -> Floats:
         """Return x, y, vx and vy of a track in each frame, shape (F, 4)."""
-        seen = np.isfinite(track.numbers[[X, Y]]).all(axis=0)
-        given = self._spec.velocities == "given"
-        if given:
-            seen &= np.isfinite(track.numbers[[VX, VY]]).all(axis=0)
-        values = track.numbers[:, seen]
-        rows = track.rows[seen]
+        has_velocities = self._spec.velocities == "given"
+        needed = [X, Y, VX, VY] if has_velocities else [X, Y]
+        is_measured = np.isfinite(track.numbers[needed]).all(axis=0)
+        values = track.numbers[:, is_measured]
+        rows = track.rows[is_measured]
         frames = np.full((self.steps + 1, 4), np.nan)
         times = (values[TIME] - self.begin) / self._spec.time_step
         self._check(track, times, values, rows)
@@ -166,14 +178,14 @@ class EventFrames:
         filled = ~exact & (gap <= self._spec.gaps * (1.0 + ON_TIME))
         width = np.where(filled, times[after] - times[before], 1.0)
         share = np.where(exact, 0.0, (numbers - times[before]) / width)
-        measured = values[X:] if given else values[[X, Y]]
+        measured = values[needed]
         between = measured[:, before] + share * (
             measured[:, after] - measured[:, before]
         )
         here = np.where(exact, measured[:, before], between)
         here[:, ~(exact | filled)] = np.nan
         frames[first : last + 1, : len(here)] = here.T
-        if not given:
+        if not has_velocities:
             frames[:, 2:] = self._differences(frames[:, :2])
             frames[np.isnan(frames[:, 2])] = np.nan
         self.interpolated += int(np.count_nonzero(filled))
@@ -185,18 +197,21 @@ class EventFrames:
         first = int(np.ceil(times[0] - ON_TIME))
         return first, int(np.floor(times[-1] + ON_TIME))
 
-    def _check(self, track: Track, times: Floats, values: Floats, rows: Places) -> None:
+    def _check(
+        self, track: TrackRows, times: Floats, values: Floats, rows: Places
+    ) -> None:
         """Note rows that go back in time, are double, too fast or beside a frame."""
 
         def note(wrong: NDArray[np.bool_], kind: str, words: str) -> None:
-            if (found := np.flatnonzero(wrong)).size:
-                place = self._every.place(int(rows[found[0]]))
+            if wrong.any():
+                place = self._every.place(int(rows[np.argmax(wrong)]))
                 whose = f'individual "{track.individual}"'
-                self._errors.note(kind, place, f"{whose} {words}", found.size)
+                count = int(np.count_nonzero(wrong))
+                self._errors.note(kind, place, f"{whose} {words}", count)
 
         passed = np.diff(times, prepend=-np.inf)
-        note(passed < -ON_TIME, "times that go back", "has an earlier time than before")
-        note(np.abs(passed) <= ON_TIME, "double rows", "has two rows of one time")
+        note(passed < -ON_TIME, "times out of order", "has an earlier time than before")
+        note(np.abs(passed) <= ON_TIME, "double rows", "has two rows with equal times")
         if self._spec.gaps == 0.0:
             words = (
                 f"is not at a multiple of time_step ({self._spec.time_step:g} s) after"
@@ -234,7 +249,13 @@ class EventFrames:
         return np.where(has_both, central, one_sided)
 
     def moved(self, x: float, y: float) -> None:
-        """Move the origin of positions to (x, y)."""
+        """Move the origin of positions to (x, y).
+
+        Parameters
+        ----------
+        x, y : float
+            The new origin, in the present coordinates.
+        """
         self.frames[:, 0] -= x
         self.frames[:, 1] -= y
 
@@ -247,21 +268,21 @@ class EventFrames:
         return sha
 
 
-def forget_oldest(kept: Sequence[str]) -> None:
+def forget_oldest(needed: Sequence[str]) -> None:
     """Delete the frames that were used longest ago, so that MOST_KEPT suffices.
 
-    The frames with a hash in `kept` remain.
+    The frames with a hash in `needed` remain.
     """
     files = []
     for file in frames_folder().glob(f"*{FRAMES}"):
         with suppress(OSError):  # another process deletes the file
-            about = file.stat()
-            files.append((about.st_mtime, about.st_size, file))
+            state = file.stat()
+            files.append((state.st_mtime, state.st_size, file))
     total = sum(size for _, size, _ in files)
     for _, size, file in sorted(files):
         if total <= MOST_KEPT:
             return
-        if file.name.removesuffix(FRAMES) not in kept:
+        if file.name.removesuffix(FRAMES) not in needed:
             with suppress(OSError):
                 file.unlink()
                 total -= size

@@ -35,6 +35,7 @@ from sweep.spec import RECORDING, Entry, RecordingSpec, read_section
 from sweep.text import so_many
 
 LOG = logging.getLogger("sweep")
+KINDS = Event._fields.index("kinds")
 LARGE = 100_000_000
 """Bytes of files whose reading takes several seconds."""
 SUFFIX = ".recording"
@@ -61,9 +62,9 @@ def described(entry: Entry) -> str:
     _check_velocities(entry, spec)
     for file in files:
         check_columns(entry, file, Tracks(files, spec, RowErrors(entry)).columns)
-    kept = frames_folder() / f"{_key(files, spec)}{SUFFIX}"
+    note = frames_folder() / f"{_key(files, spec)}{SUFFIX}"
     with suppress(OSError, ValueError):
-        text = kept.read_text()
+        text = note.read_text("utf-8")
         if all(map(are_kept, as_model(text).events)):
             return text
     size = sum(file.path.stat().st_size for file in files)
@@ -74,8 +75,8 @@ def described(entry: Entry) -> str:
     try:
         text = _read(entry, spec, files)
         with working_folder() as folder:
-            (folder / "text").write_text(text)
-            (folder / "text").replace(kept)
+            (folder / "text").write_text(text, "utf-8")
+            (folder / "text").replace(note)
     except OSError as error:
         words = f"frames of the recording cannot be written: {error}"
         raise StoreError(words) from None
@@ -94,8 +95,8 @@ def _key(files: Iterable[TrackFile], spec: RecordingSpec) -> str:
 
 
 def _state(path: Path) -> tuple[int, int]:
-    about = path.stat()
-    return about.st_size, about.st_mtime_ns
+    state = path.stat()
+    return state.st_size, state.st_mtime_ns
 
 
 def _read(entry: Entry, spec: RecordingSpec, files: list[TrackFile]) -> str:
@@ -107,27 +108,27 @@ def _read(entry: Entry, spec: RecordingSpec, files: list[TrackFile]) -> str:
     low = math.inf, math.inf
     high = -math.inf, -math.inf
     with working_folder() as folder:
-        made = list[tuple[EventFrames, tuple[str, ...]]]()
+        every_event = list[tuple[EventFrames, tuple[str, ...]]]()
         for number, own in enumerate(tracks.sort_into(folder)):
             errors.check()
             place = folder / f"event-{number}"
             place.mkdir()
             event = EventFrames(own, tracks, place, errors)
             if not errors:
-                made.append((event, tuple(track.kind for track in own)))
+                every_event.append((event, tuple(track.kind for track in own)))
                 corner = event.frames[:, :2]
                 low = tuple(map(min, low, _least(corner)))
                 high = tuple(map(max, high, _largest(corner)))
         errors.check()
-        if not made:
+        if not every_event:
             raise entry.error("the files have no rows")
         origin = _origin(spec, low)
         size = [
             max(1.0, math.ceil(end - begin))
             for end, begin in zip(high, origin, strict=True)
         ]
-        kinds = sorted({kind for _, own in made for kind in own} - {UNNAMED})
-        events = [_kept(event, own, kinds, origin) for event, own in made]
+        kinds = sorted({kind for _, own in every_event for kind in own} - {UNNAMED})
+        events = [_kept(event, own, kinds, origin) for event, own in every_event]
     forget_oldest([event.sha for event in events])
     return json.dumps(
         {
@@ -200,7 +201,7 @@ def as_model(text: str) -> Model:
     try:
         facts: Mapping[str, Any] = json.loads(text)
         events = tuple(
-            Event(*(tuple(one) if isinstance(one, list) else one for one in event))
+            Event(*event)._replace(kinds=tuple(event[KINDS]))
             for event in facts["events"]
         )
         return recorded_model(

@@ -21,7 +21,8 @@ from sweep.recordings.row_errors import RowErrors
 from sweep.spec import Entry, RecordingSpec
 from sweep.text import shortened, unknown
 
-CSV, PARQUET = ".csv", ".parquet"
+CSV = ".csv"
+PARQUET = ".parquet"
 MISSING = ("", "NA", "NaN", "nan", "null", "None")
 """Texts of a missing value."""
 BLOCK_BYTES = 8 * 2**20
@@ -74,9 +75,18 @@ class TrackFile:
             return next(csv.reader(file, delimiter=self.delimiter), [])
 
     def pieces(self, columns: Sequence[str], errors: RowErrors) -> Iterator[pa.Table]:
-        """Yield the rows with some columns, in pieces; all texts in a CSV file.
+        """Yield the rows, in pieces; all values of a CSV file are texts.
 
-        Notes rows of a CSV file with a wrong number of values.
+        Parameters
+        ----------
+        columns : sequence of str
+            Columns of the pieces.
+        errors : RowErrors
+            Receives rows of a CSV file with a wrong number of values.
+
+        Yields
+        ------
+        pyarrow.Table
         """
         if not self.is_csv:
             file = pq.ParquetFile(self.path)
@@ -117,7 +127,7 @@ def track_files(entry: Entry, spec: RecordingSpec) -> list[TrackFile]:
     """
     folder = entry.document.path.parent
     delimiter = DELIMITERS.get(spec.delimiter, spec.delimiter)
-    found = dict[Path, str]()
+    names = dict[Path, str]()
     for index, pattern in enumerate(spec.files):
         item = entry.child("files").child(index)
         if Path(pattern).is_absolute():
@@ -129,12 +139,21 @@ def track_files(entry: Entry, spec: RecordingSpec) -> list[TrackFile]:
             if path.suffix not in (CSV, PARQUET):
                 words = f'"{path.name}" ends with "{path.suffix}"'
                 raise item.error(f"{words}; allowed: {CSV} and {PARQUET}")
-            found[path] = path.relative_to(folder).as_posix()
-    return [TrackFile(path, name, delimiter) for path, name in found.items()]
+            names[path] = path.relative_to(folder).as_posix()
+    return [TrackFile(path, name, delimiter) for path, name in names.items()]
 
 
 def check_columns(entry: Entry, file: TrackFile, columns: Sequence[str]) -> None:
-    """Raise SpecError unless a file has all columns, each once."""
+    """Raise SpecError unless a file has all columns, each once.
+
+    Parameters
+    ----------
+    entry : Entry
+        Section of the spec; errors have the line of this entry.
+    file : TrackFile
+    columns : sequence of str
+        Names of the columns.
+    """
     try:
         present = file.columns()
     except (OSError, ValueError, csv.Error) as error:
@@ -159,13 +178,14 @@ def _other_delimiter(present: Sequence[str], file: TrackFile) -> str:
 
 
 def numbers(
-    column: pa.ChunkedArray, name: str, file: TrackFile, first: int, errors: RowErrors
+    piece: pa.Table, name: str, file: TrackFile, first: int, *, errors: RowErrors
 ) -> Floats:
     """Return a column as numbers, NaN for missing values.
 
     Parameters
     ----------
-    column : ChunkedArray, length n
+    piece : pyarrow.Table
+        n rows.
     name : str
         Name of the column.
     file : TrackFile
@@ -179,6 +199,7 @@ def numbers(
     -------
     array of float, shape (n,)
     """
+    column = piece[name]
     if pa.types.is_string(column.type) or pa.types.is_large_string(column.type):
         trimmed = pc.utf8_trim_whitespace(column)
         missing = pc.is_in(trimmed, value_set=pa.array(MISSING, trimmed.type))
@@ -186,7 +207,7 @@ def numbers(
     try:
         read = pc.cast(column, pa.float64())
     except pa.ArrowInvalid:
-        read = pa.chunked_array([_one_by_one(column, name, file, first, errors)])
+        read = pa.chunked_array([_one_by_one(column, name, file, first, errors=errors)])
     values: Floats = read.to_numpy().astype(np.float64)
     for row in np.flatnonzero(np.isinf(values)):
         words = f"{name} is infinite; allowed: a finite number, or nothing"
@@ -195,7 +216,12 @@ def numbers(
 
 
 def _one_by_one(
-    column: pa.ChunkedArray, name: str, file: TrackFile, first: int, errors: RowErrors
+    column: pa.ChunkedArray,
+    name: str,
+    file: TrackFile,
+    first: int,
+    *,
+    errors: RowErrors,
 ) -> pa.Array:
     values = list[float | None]()
     for row, text in enumerate(column.to_pylist(), first):

@@ -32,7 +32,7 @@ MOST_NAMES = 2**31
 """Upper bound of the numbers of names."""
 
 
-class Track(NamedTuple):
+class TrackRows(NamedTuple):
     """Rows of an individual in an event, in the order of the files.
 
     Attributes
@@ -176,7 +176,7 @@ class Tracks:
             return np.repeat(self._events.of(name), piece.num_rows), individuals
         return self._events.of(texts(piece[columns.event])), individuals
 
-    def sort_into(self, folder: Path) -> Iterator[list[Track]]:
+    def sort_into(self, folder: Path) -> Iterator[list[TrackRows]]:
         """Write all rows into a folder, and yield the tracks of each event.
 
         Events and individuals are in the order of their names, numbers by value.
@@ -197,19 +197,23 @@ class Tracks:
                 sorted_numbers[:, places] = values
                 sorted_rows[places] = np.arange(row, row + piece.num_rows)
                 row += piece.num_rows
-        ends = dict(zip(keys, firsts[1:].tolist(), strict=True))
+        places = {
+            key: slice(end - self._counts[key], end)
+            for key, end in zip(keys, firsts[1:].tolist(), strict=True)
+        }
         by_event = defaultdict[int, list[tuple[int, int]]](list)
         for key in keys:
             by_event[key[0]].append(key)
-        events, individuals = self._events.names, self._individuals.names
+        events = self._events.names
+        individuals = self._individuals.names
         for number, own in by_event.items():
             yield [
-                Track(
+                TrackRows(
                     events[number],
                     individuals[key[1]],
                     self._kinds.get(key[1], UNNAMED),
-                    sorted_numbers[:, ends[key] - self._counts[key] : ends[key]],
-                    sorted_rows[ends[key] - self._counts[key] : ends[key]],
+                    numbers=sorted_numbers[:, places[key]],
+                    rows=sorted_rows[places[key]],
                 )
                 for key in own
             ]
@@ -217,7 +221,7 @@ class Tracks:
     def _numbers(self, file: TrackFile, piece: pa.Table, first: int) -> Floats:
         values = np.full((VY + 1, piece.num_rows), np.nan)
         for row, name in enumerate(self._measured):
-            values[row] = numbers(piece[name], name, file, first, self.errors)
+            values[row] = numbers(piece, name, file, first, errors=self.errors)
         lacking = np.flatnonzero(np.isnan(values[TIME]))
         if lacking.size:
             place = file.place(first + int(lacking[0]))

@@ -45,6 +45,7 @@ section          sections that methods add
 failure_policy   the handling of failed trials
 
 recorded         names of metrics and columns
+recording        tracked individuals in place of a model
 derived_metrics  metrics that formulas define
 
 study_folder     names of a study and of the files in its folder

@@ -88,7 +88,7 @@ class TrackColumns:
 
 
 @dataclass(frozen=True)
-class Origin:
+class WorldCorner:
     """Lower left corner of the world, in the coordinates of the files after `scale`."""
 
     x: Annotated[float, Key(Number(), "x of the corner", example="-2")] = 0.0
@@ -136,9 +136,9 @@ class RecordingSpec:
         ),
     ] = 1.0
     origin: Annotated[
-        Origin | None,
+        WorldCorner | None,
         Key(
-            SectionOf(Origin),
+            SectionOf(WorldCorner),
             "lower left corner of the world; positions are measured from the corner",
             otherwise="(0, 0), or a corner below the least positions if they are"
             " negative",
@@ -185,7 +185,7 @@ class RecordingSpec:
     ] = ""
 
 
-def check_of_recording(root: Entry, model: Model, given: Iterable[str]) -> None:
+def check_of_recording(root: Entry, model: Model, set_here: Iterable[str]) -> None:
     """Raise SpecError for values of parameters that are measured, or have no effect.
 
     Parameters
@@ -194,13 +194,13 @@ def check_of_recording(root: Entry, model: Model, given: Iterable[str]) -> None:
         The whole spec.
     model : Model
         Model of a recording.
-    given : iterable of str
+    set_here : iterable of str
         Parameters with a value in the spec.
     """
     measured = {"n", "steps", *model.params._fields}
     idle = {name for group in NO_EFFECT for name in group._fields}
     mistakes = Mistakes()
-    for name in given:
+    for name in set_here:
         with mistakes.noted():
             if name in measured:
                 words = f'the recording gives the value of "{name}"; remove the key'

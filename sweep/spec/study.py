@@ -853,14 +853,15 @@ def _of_model(
         mistakes.read(_check_lasting, root, record, streams)
     mistakes.read(check_once, root, fixed, axes, derive=derive)
     if (model := known.models[name]).events and record:
-        given = [*fixed, *derive, *(column for axis in axes for column in axis.columns)]
-        mistakes.read(check_of_recording, root, model, given)
+        swept_names = [column for axis in axes for column in axis.columns]
+        set_here = [*fixed, *derive, *swept_names]
+        mistakes.read(check_of_recording, root, model, set_here)
         mistakes.read(
             check_measurable,
             root,
             model,
             heatmaps=record.heatmaps,
-            metrics={one: known.metrics[one] for one in record.metrics},
+            metrics={metric: known.metrics[metric] for metric in record.metrics},
         )
     mistakes.check()
     mistakes.read(check_conditions, root, axes, derive)

@@ -5,6 +5,7 @@ lanes         batches of trials, one in each lane of a vector
 on_device     batches of trials on a GPU
 
 robots        ideal boids, robots, and failures
+playing       playback of a recording
 scenery       the world and its obstacles, drawn from the job
 
 derived       metrics that a spec computes from further metrics

@@ -47,7 +47,7 @@ class Playback:
         return LastFlock(self._last.copy(), self._last[2:].copy(), none)
 
     def load(self, flight: Flight, steps: int) -> int:
-        """Give a flight its next frames; return the number of frames, at most `steps`.
+        """Give a run its next frames; return the number of frames, at most `steps`.
 
         Parameters
         ----------
@@ -84,19 +84,19 @@ class Playback:
         array of float64, shape (number of metrics, F)
             NaN for a frame without any position.
         """
-        frames, filled = flight.record.frames, flight.filled
+        filled = flight.filled
         if self.complete or not filled or not any(metric.looks for metric in metrics):
             return measure(flight, metrics)
         values = np.full((len(metrics), filled), np.nan)
         per_step = np.array([metric.per_step for metric in metrics])
-        steps = frames.step[:filled]
+        steps = flight.record.frames.step[:filled]
         present = self.present(steps)
         # A change in one step needs the position of the step before as well.
         followed = present & self.present(np.maximum(steps - 1, 0))
-        for rows, those in ((~per_step, present), (per_step, followed)):
+        for rows, members in ((~per_step, present), (per_step, followed)):
             chosen = [metrics[row] for row in np.flatnonzero(rows)]
-            for alike in _alike(those) if chosen else ():
-                who = np.flatnonzero(those[alike[0]])
+            for alike in _alike(members) if chosen else ():
+                who = np.flatnonzero(members[alike[0]])
                 if who.size:
                     among = _among(flight, alike, who)
                     values[np.ix_(rows, alike)] = measure(among, chosen)
@@ -115,7 +115,7 @@ def _alike(present: Presence) -> list[NDArray[np.int64]]:
 
 
 def _among(flight: Flight, alike: NDArray[np.int64], who: NDArray[np.int64]) -> Flight:
-    """Return a flight with some of the frames, and some of the boids, for metrics."""
+    """Return a run with some of the frames, and some of the boids, for metrics."""
     bodies, counts, step, integrals = flight.record.frames
     frames = Frames(
         bodies[alike][:, :, who].copy(), counts[alike], step[alike], integrals[alike]

@@ -18,6 +18,7 @@ from tests.house.sources import Checkout, Finding, Module
 OWN_PLACES = (
     "kernels/metrics/__init__.py",
     "kernels/models/",
+    "kernels/playback.py",
     "sweep/published/definitions.py",
 )
 """The registries, presets and each model's own file; and what defines metrics in

@@ -104,6 +104,10 @@ OTHERWISE = {
     "sweep/spec/images.py FileIO": "reads",
     "kernels/caching.py touch": "an empty file, whose name says all",
     "kernels/caching.py write_bytes": "beside its place, then renamed",
+    "sweep/recordings/frames.py mkdtemp": (
+        "where frames are computed; nobody else may enter it"
+    ),
+    "sweep/recordings/recording.py write_text": "into that folder",
     "sweep/store/lock.py touch": "our own, which gives a claim the time of now",
     "notebooks/execute.py TemporaryDirectory": (
         "an empty folder in which a notebook runs"

@@ -1,4 +1,4 @@
-"""The trajectory of a trial, read back as a recording, gives the numbers of the trial."""
+"""The trajectory of a trial, read as a recording, gives the numbers of the trial."""
 
 from collections.abc import Sequence
 from dataclasses import replace

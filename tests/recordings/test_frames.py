@@ -1,0 +1,163 @@
+"""Frames of a recording: times, gaps, velocities, events, kinds and units."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from sweep.recordings import open_frames
+from sweep.spec import Study
+from tests.recordings.tracks import study_of_tracks, written
+
+Rows = list[tuple[object, ...]]
+
+
+def frames_of(study: Study, event: int = 0) -> np.ndarray:
+    return np.array(open_frames(study.known.models[study.model].events[event]))
+
+
+def line(individual: str, times: list[int], speed: float = 2.0) -> Rows:
+    """An individual on a line, at some tenths of a second."""
+    return [(individual, time / 10, 1.0 + speed * time / 10, 5.0) for time in times]
+
+
+def test_rows_in_any_order_of_individuals_become_frames(tmp_path: Path) -> None:
+    rows = [*line("10", [0, 1, 2, 3]), *line("9", [0, 1, 2, 3], speed=1.0)]
+    written(tmp_path, sorted(rows, key=lambda row: row[1]))
+    frames = frames_of(study_of_tracks(tmp_path))
+    assert frames.shape == (4, 4, 2)
+    np.testing.assert_allclose(
+        frames[:, 0], [[1, 1], [1.1, 1.2], [1.2, 1.4], [1.3, 1.6]]
+    )
+    np.testing.assert_allclose(frames[:, 2], np.tile([1.0, 2.0], (4, 1)))
+    np.testing.assert_allclose(frames[:, 3], 0.0)
+
+
+def test_times_begin_at_the_first_row_of_an_event(tmp_path: Path) -> None:
+    """A clock that counts from 1970, to the millisecond."""
+    rows = [("a", 1_700_000_000.123 + k / 10, k, 5.0) for k in range(4)]
+    written(tmp_path, rows)
+    frames = frames_of(study_of_tracks(tmp_path))
+    assert frames[:, 0, 0].tolist() == [0, 1, 2, 3]
+
+
+@pytest.mark.parametrize(
+    ("gaps", "present"),
+    [
+        (0, [True, True, False, False, True, True]),
+        (0.2, [True, True, False, False, True, True]),
+        (0.3, [True] * 6),
+    ],
+)
+def test_a_gap_is_filled_up_to_the_stated_time(
+    gaps: float, present: list[bool], tmp_path: Path
+) -> None:
+    written(tmp_path, [*line("a", [0, 1, 4, 5]), *line("b", [0, 1, 2, 3, 4, 5])])
+    study = study_of_tracks(tmp_path, {"gaps": gaps})
+    frames = frames_of(study)
+    assert np.isfinite(frames[:, 0, 0]).tolist() == present
+    event = study.known.models[study.model].events[0]
+    filled = 2 if all(present) else 0
+    assert event.interpolated == filled / 12
+    assert event.absent == pytest.approx((6 - sum(present)) / 12)
+    if filled:
+        np.testing.assert_allclose(frames[:, 0, 0], 1.0 + 0.2 * np.arange(6))
+
+
+def test_irregular_times_are_interpolated_linearly(tmp_path: Path) -> None:
+    times = [0.0, 0.13, 0.21, 0.3, 0.42]
+    written(tmp_path, [("a", time, time**2, 1.0) for time in times])
+    study = study_of_tracks(tmp_path, {"gaps": 0.2, "origin": {"x": 0, "y": 0}})
+    grid = np.arange(5) * 0.1
+    expected = np.interp(grid, times, np.square(times))
+    np.testing.assert_allclose(frames_of(study)[:, 0, 0], expected)
+    assert study.known.models[study.model].events[0].interpolated == 3 / 5
+
+
+@pytest.mark.parametrize("scheme", ["central", "backward"])
+def test_velocities_are_differences_of_the_stated_scheme(
+    scheme: str, tmp_path: Path
+) -> None:
+    """The naive differences, one-sided at an end."""
+    x = [0.0, 1.0, 4.0, 9.0, 16.0]
+    written(tmp_path, [("a", k / 10, value, 2.0) for k, value in enumerate(x)])
+    frames = frames_of(study_of_tracks(tmp_path, {"velocities": scheme}))
+    expected = []
+    for k in range(5):
+        before = max(k - 1, 0)
+        after = min(k + 1, 4) if scheme == "central" or k == 0 else k
+        expected.append((x[after] - x[before]) / ((after - before) * 0.1))
+    np.testing.assert_allclose(frames[:, 2, 0], expected)
+
+
+def test_given_velocities_are_scaled_like_positions(tmp_path: Path) -> None:
+    rows = [("a", k / 10, 100 * k, 200, 30.0, -40.0) for k in range(3)]
+    written(tmp_path, rows, "id,t,x,y,u,v")
+    columns = {"vx": "u", "vy": "v"}
+    section = {"velocities": "given", "columns": columns, "scale": 0.01}
+    frames = frames_of(study_of_tracks(tmp_path, section))
+    np.testing.assert_allclose(frames[1, :, 0], [1.0, 2.0, 0.3, -0.4])
+
+
+def test_each_file_or_each_value_of_a_column_is_an_event(tmp_path: Path) -> None:
+    written(tmp_path, line("a", [0, 1, 2]), name="second.csv")
+    written(tmp_path, [*line("a", [0, 1]), *line("b", [0, 1])], name="first.csv")
+    study = study_of_tracks(tmp_path)
+    events = study.known.models[study.model].events
+    shapes = [(event.name, event.boids, event.steps) for event in events]
+    assert shapes == [("first", 2, 1), ("second", 1, 2)]
+    for file in tmp_path.glob("*.csv"):
+        file.unlink()
+    rows = [(*row, drive) for drive in (10, 9) for row in line("a", [0, 1, 2])]
+    written(tmp_path, rows, "id,t,x,y,drive")
+    study = study_of_tracks(tmp_path, {"columns": {"event": "drive"}})
+    events = study.known.models[study.model].events
+    assert [event.name for event in events] == ["9", "10"]
+    assert events[0].sha == events[1].sha
+    assert study.trials_per_point == 2
+
+
+def test_kinds_come_in_order_and_are_counted(tmp_path: Path) -> None:
+    rows = [
+        (*row, kind)
+        for name, kind in (("1", "sheep"), ("2", "dog"), ("3", "sheep"))
+        for row in line(name, [0, 1])
+    ]
+    written(tmp_path, rows, "id,t,x,y,species")
+    study = study_of_tracks(tmp_path, {"columns": {"kind": "species"}})
+    assert study.known.models[study.model].kinds == ("dog", "sheep")
+    assert study.preset_settings["count_dog"] == 1
+    assert study.preset_settings["count_sheep"] == 2
+
+
+def test_a_world_around_negative_positions_has_a_lower_corner(tmp_path: Path) -> None:
+    written(tmp_path, [("a", k / 10, -2.5 + k, 3.2) for k in range(6)])
+    study = study_of_tracks(tmp_path)
+    np.testing.assert_allclose(frames_of(study)[:, 0, 0], 0.5 + np.arange(6))
+    assert study.preset_settings["width"] == 6.0
+    assert study.preset_settings["height"] == 4.0
+    stated = study_of_tracks(tmp_path, {"origin": {"x": -10, "y": 1}})
+    np.testing.assert_allclose(frames_of(stated)[0, :2, 0], [7.5, 2.2])
+
+
+def test_parquet_files_have_the_frames_of_csv_files(tmp_path: Path) -> None:
+    rows = [*line("a", [0, 1, 2]), *line("b", [0, 2])]
+    file = written(tmp_path, rows)
+    expected = frames_of(study_of_tracks(tmp_path))
+    pd.read_csv(file).to_parquet(tmp_path / "tracks.parquet")
+    found = frames_of(study_of_tracks(tmp_path, {"files": ["*.parquet"]}))
+    assert found.tobytes() == expected.tobytes()
+
+
+def test_missing_values_are_gaps(tmp_path: Path) -> None:
+    rows = [("a", 0, 1, 1), ("a", 0.1, "NaN", ""), ("a", 0.2, 3, 1), ("b", 0, 1, 1)]
+    written(tmp_path, [*rows, ("b", 0.1, 1, 1), ("b", 0.2, 1, 1)])
+    frames = frames_of(study_of_tracks(tmp_path, {"gaps": 0.2}))
+    np.testing.assert_allclose(frames[:, 0, 0], [1.0, 2.0, 3.0])
+
+
+def test_other_delimiters_are_read(tmp_path: Path) -> None:
+    text = "\n".join(";".join(map(str, row)) for row in line("a", [0, 1, 2]))
+    (tmp_path / "t.csv").write_text(f"id;t;x;y\n{text}\n", encoding="utf-8")
+    assert frames_of(study_of_tracks(tmp_path, {"delimiter": ";"})).shape == (3, 4, 1)

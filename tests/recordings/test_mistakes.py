@@ -1,0 +1,153 @@
+"""Wrong recordings: one line per mistake, with file and row, all at once."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from sweep.errors import SpecError
+from tests.recordings.tracks import study_of_tracks
+
+GOOD = "id,t,x,y\na,0,1,1\na,0.1,1.1,1\nb,0,2,2\nb,0.1,2,2.1\n"
+KINDS = {"columns": {"kind": "k"}}
+CASES: dict[str, tuple[str, dict[str, Any], list[str]]] = {
+    "a missing column": (
+        GOOD.replace("t,", "time,"),
+        {},
+        ['tracks.csv: unknown column "t". Allowed: id, time, x, y'],
+    ),
+    "another delimiter": (
+        GOOD.replace(",", ";"),
+        {},
+        ['is the delimiter ";"? Then write `delimiter: ";"`'],
+    ),
+    "texts": (
+        GOOD + 'b,0.2,two,1\nb,0.3,"2,5",1\nb,0.4,inf,1\n',
+        {},
+        [
+            'tracks.csv, line 6: x is "two", which is no number',
+            'line 7: x is "2,5", which is no number; write a decimal point',
+            "line 8: x is infinite",
+        ],
+    ),
+    "double rows": (
+        GOOD + "b,0.1,3,3\n",
+        {},
+        ['tracks.csv, line 6: individual "b" has two rows with equal times'],
+    ),
+    "times out of order": (
+        GOOD + "b,0,3,3\n",
+        {},
+        ['line 6: individual "b" has an earlier time than before'],
+    ),
+    "times beside frames": (
+        GOOD + "b,0.25,3,3\n",
+        {},
+        ['line 6: individual "b" is not at a multiple of time_step (0.1 s)'],
+    ),
+    "a jump": (
+        GOOD + "b,0.2,300,3\n",
+        {"fastest": 10},
+        ['line 6: individual "b" moves at 2980 m/s; the largest speed allowed is 10'],
+    ),
+    "another unit of time": (
+        "id,t,x,y\na,0,1,1\na,1000,1,1\na,2000,1,1\n",
+        {},
+        ["less than 1 % of the positions have a row; check the units"],
+    ),
+    "one frame": ("id,t,x,y\na,0,1,1\nb,0,1,1\n", {}, ["all rows have equal times"]),
+    "no rows": ("id,t,x,y\n", {}, ["the files have no rows"]),
+    "a short row": (GOOD + "b,0.2,3\n", {}, ["line 6: 3 values; the header has 4"]),
+    "no time": (GOOD + "b,,3,3\n", {}, ["line 6: t is missing"]),
+    "no name": (GOOD + ",0.2,3,3\n", {}, ["line 6: id is missing"]),
+    "two kinds": (
+        "id,t,x,y,k\na,0,1,1,sheep\na,0.1,1,1,dog\n",
+        KINDS,
+        ['individual a: "dog" and "sheep" are kinds of one individual'],
+    ),
+    "a kind that no column can have": (
+        "id,t,x,y,k\na,0,1,1,Big Sheep\na,0.1,1,1,Big Sheep\n",
+        KINDS,
+        ['a kind cannot be called "Big Sheep"'],
+    ),
+    "a kind that is taken": (
+        "id,t,x,y,k\na,0,1,1,working\na,0.1,1,1,working\n",
+        KINDS,
+        ['a kind cannot be called "working"'],
+    ),
+    "velocities without columns": (
+        GOOD,
+        {"velocities": "given"},
+        ["`velocities: given` needs the columns vx and vy"],
+    ),
+    "columns without velocities": (
+        GOOD,
+        {"columns": {"vx": "x"}},
+        ["the column vx has no effect with `velocities: central`"],
+    ),
+    "no files": (GOOD, {"files": ["*.parquet"]}, ['no file matches "*.parquet"']),
+    "files of another format": (GOOD, {"files": ["*.txt"]}, ['ends with ".txt"']),
+    "an absolute path": (GOOD, {"files": ["/tmp/*.csv"]}, ["is absolute"]),
+    "a misspelt key": (GOOD, {"gap": 1}, ['did you mean "gaps"?']),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_each_mistake_of_a_file_is_told_with_its_row(case: str, tmp_path: Path) -> None:
+    text, section, messages = CASES[case]
+    (tmp_path / "tracks.csv").write_text(text, encoding="utf-8")
+    (tmp_path / "notes.txt").write_text(text, encoding="utf-8")
+    with pytest.raises(SpecError) as raised:
+        study_of_tracks(tmp_path, section)
+    for message in messages:
+        assert message in str(raised.value)
+    assert len(raised.value.mistakes) == len(messages)
+
+
+def test_only_the_first_rows_with_a_mistake_are_listed(tmp_path: Path) -> None:
+    rows = "".join(f"c,{k / 10},x{k},1\n" for k in range(50))
+    (tmp_path / "tracks.csv").write_text(GOOD + rows, encoding="utf-8")
+    with pytest.raises(SpecError, match="47 more rows: text in place of a number"):
+        study_of_tracks(tmp_path)
+
+
+KEYS: dict[str, tuple[dict[str, Any], str]] = {
+    "a model": ({"model": "vicsek1995"}, 'a study with "recording" takes no "model"'),
+    "replicates": ({"replicates": 3}, "each event of the recording is a trial"),
+    "seeds": ({"seeds": [1]}, "a recording has no random numbers"),
+    "a number of boids": ({"fixed": {"n": 4}}, 'the recording gives the value of "n"'),
+    "swept steps": (
+        {"sweep": {"steps": [4, 5]}},
+        'the recording gives the value of "steps"',
+    ),
+    "noise of sensing": (
+        {"fixed": {"position_noise": 1}},
+        '"position_noise" has no effect on recorded individuals',
+    ),
+    "wind": ({"fixed": {"wind_x": 1}}, '"wind_x" has no effect on recorded'),
+}
+
+
+@pytest.mark.parametrize("case", KEYS)
+def test_keys_that_a_recording_excludes(case: str, tmp_path: Path) -> None:
+    keys, message = KEYS[case]
+    (tmp_path / "tracks.csv").write_text(GOOD, encoding="utf-8")
+    with pytest.raises(SpecError, match=message):
+        study_of_tracks(tmp_path, **keys)
+
+
+@pytest.mark.parametrize(
+    ("record", "message"),
+    [
+        ({"metrics": ["coverage"]}, 'metric "coverage" needs each individual'),
+        ({"heatmaps": True}, "heatmaps need each individual"),
+    ],
+)
+def test_counts_of_each_step_need_all_individuals(
+    record: dict[str, Any], message: str, tmp_path: Path
+) -> None:
+    gap = GOOD + "a,0.3,1,1\nb,0.2,2,2\nb,0.3,2,2\n"
+    (tmp_path / "tracks.csv").write_text(gap, encoding="utf-8")
+    with pytest.raises(SpecError, match=message):
+        study_of_tracks(tmp_path, record=record)
+    assert study_of_tracks(tmp_path, {"gaps": 0.2}, record=record)
