@@ -18,6 +18,7 @@ from kernels.settings import COMMON, TIME_STEP, About
 from kernels.state import Floats, Flock, World, remember
 from kernels.workspace import Workspace
 
+Value = float | int | bool | str
 PRESET = "recorded"
 """Name of the only preset of a recording."""
 SHARES = 3
@@ -118,9 +119,9 @@ def advance(
     return True
 
 
-def parameters_of(event: Event, kinds: Iterable[str]) -> dict[str, float | int]:
+def parameters_of(event: Event, kinds: Iterable[str]) -> dict[str, Value]:
     """Return the parameters of a recording that differ from event to event."""
-    numbers = dict(zip(map(_count, kinds), event.kinds, strict=True))
+    numbers: dict[str, Value] = dict(zip(map(_count, kinds), event.kinds, strict=True))
     return numbers | {
         "n": event.boids,
         "steps": event.steps,
@@ -169,10 +170,11 @@ def recorded_model(
         for kind in kinds
     ]
     shape = [*Params.__annotations__.items(), *counts]
+    params: Any = NamedTuple("Params", shape)  # type: ignore[misc]
     return Model(
         name=name,
         source=source,
-        params=NamedTuple("Params", shape),  # type: ignore[misc]
+        params=params,
         presets={
             PRESET: COMMON
             | {"map": "empty", "minimum_image": False, "start_speed": 0.0}

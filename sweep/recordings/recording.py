@@ -105,8 +105,8 @@ def _read(entry: Entry, spec: RecordingSpec, files: list[TrackFile]) -> str:
     tracks = Tracks(files, spec, errors)
     tracks.count()
     errors.check()
-    low = math.inf, math.inf
-    high = -math.inf, -math.inf
+    low = [math.inf, math.inf]
+    high = [-math.inf, -math.inf]
     with working_folder() as folder:
         every_event = list[tuple[EventFrames, tuple[str, ...]]]()
         for number, own in enumerate(tracks.sort_into(folder)):
@@ -117,8 +117,8 @@ def _read(entry: Entry, spec: RecordingSpec, files: list[TrackFile]) -> str:
             if not errors:
                 every_event.append((event, tuple(track.kind for track in own)))
                 corner = event.frames[:, :2]
-                low = tuple(map(min, low, _least(corner)))
-                high = tuple(map(max, high, _largest(corner)))
+                low = list(map(min, low, _least(corner)))
+                high = list(map(max, high, _largest(corner)))
         errors.check()
         if not every_event:
             raise entry.error("the files have no rows")

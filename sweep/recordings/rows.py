@@ -18,7 +18,7 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from sweep.recordings.row_errors import RowErrors
-from sweep.spec import Entry, RecordingSpec
+from sweep.spec import Delimiter, Entry, RecordingSpec
 from sweep.text import shortened, unknown
 
 CSV = ".csv"
@@ -29,8 +29,7 @@ BLOCK_BYTES = 8 * 2**20
 """Bytes of a CSV file that are read at once."""
 BLOCK_ROWS = 100_000
 """Rows of a parquet file that are read at once."""
-DELIMITERS = {"tab": "\t"}
-"""Delimiters that have a name."""
+DELIMITERS: dict[Delimiter, str] = {"comma": ",", "semicolon": ";", "tab": "\t"}
 Floats = NDArray[np.float64]
 
 
@@ -126,7 +125,7 @@ def track_files(entry: Entry, spec: RecordingSpec) -> list[TrackFile]:
     Raises SpecError for a pattern without files, and for a file of another format.
     """
     folder = entry.document.path.parent
-    delimiter = DELIMITERS.get(spec.delimiter, spec.delimiter)
+    delimiter = DELIMITERS[spec.delimiter]
     names = dict[Path, str]()
     for index, pattern in enumerate(spec.files):
         item = entry.child("files").child(index)
@@ -171,9 +170,9 @@ def _other_delimiter(present: Sequence[str], file: TrackFile) -> str:
     """Return a hint if the only column of a CSV file contains another delimiter."""
     if len(present) != 1 or not file.is_csv:
         return ""
-    for name, delimiter in {",": ",", ";": ";", "tab": "\t"}.items():
+    for name, delimiter in DELIMITERS.items():
         if delimiter in present[0]:
-            return f'; is the delimiter "{name}"? Then write `delimiter: "{name}"`'
+            return f"; is the delimiter a {name}? Then write `delimiter: {name}`"
     return ""
 
 

@@ -197,7 +197,7 @@ class Tracks:
                 sorted_numbers[:, places] = values
                 sorted_rows[places] = np.arange(row, row + piece.num_rows)
                 row += piece.num_rows
-        places = {
+        own_rows = {
             key: slice(end - self._counts[key], end)
             for key, end in zip(keys, firsts[1:].tolist(), strict=True)
         }
@@ -212,8 +212,8 @@ class Tracks:
                     events[number],
                     individuals[key[1]],
                     self._kinds.get(key[1], UNNAMED),
-                    numbers=sorted_numbers[:, places[key]],
-                    rows=sorted_rows[places[key]],
+                    numbers=sorted_numbers[:, own_rows[key]],
+                    rows=sorted_rows[own_rows[key]],
                 )
                 for key in own
             ]

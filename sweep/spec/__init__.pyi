@@ -91,6 +91,7 @@ from .recorded import is_half as is_half
 from .recorded import lacks as lacks
 from .recorded import lacks_boids as lacks_boids
 from .recording import RECORDING as RECORDING
+from .recording import Delimiter as Delimiter
 from .recording import RecordingSpec as RecordingSpec
 from .replication import Replication as Replication
 from .samplers import SAMPLERS as SAMPLERS

@@ -4,7 +4,7 @@ The section describes files with positions over time, from which each event beco
 trial. `sweep.recordings` reads the files.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Literal, get_args
 
@@ -15,10 +15,11 @@ from sweep.spec.contents import ListOf, Number, OneOf, Text
 from sweep.spec.document import Entry
 from sweep.spec.keys import Key, SectionOf
 from sweep.spec.mistakes import Mistakes
+from sweep.spec.settings import TORUS
 from sweep.text import so_many
 
 Velocities = Literal["given", "central", "backward"]
-Delimiter = Literal[",", ";", "tab"]
+Delimiter = Literal["comma", "semicolon", "tab"]
 VELOCITIES = OneOf("scheme of velocities", get_args(Velocities))
 DELIMITER = OneOf("delimiter", get_args(Delimiter))
 COLUMN = Text("the name of a column")
@@ -173,20 +174,25 @@ class RecordingSpec:
         ),
     ] = None
     delimiter: Annotated[
-        Delimiter, Key(DELIMITER, "delimiter of CSV files", example='";"')
-    ] = ","
+        Delimiter, Key(DELIMITER, "delimiter of CSV files", example="semicolon")
+    ] = "comma"
     source: Annotated[
         str,
         Key(
             Text("a reference, with the DOI"),
             "reference of the data, which `sweep cite` prints",
+            otherwise="none",
             example='"A. Author (2024), Title, doi.org/10.1000/1"',
         ),
     ] = ""
 
 
-def check_of_recording(root: Entry, model: Model, set_here: Iterable[str]) -> None:
-    """Raise SpecError for values of parameters that are measured, or have no effect.
+def check_of_recording(
+    root: Entry, model: Model, set_here: Mapping[str, Collection[object]]
+) -> None:
+    """Raise SpecError for values of parameters that a recording cannot have.
+
+    The parameters are measured or have no effect, or contradict differences.
 
     Parameters
     ----------
@@ -194,8 +200,8 @@ def check_of_recording(root: Entry, model: Model, set_here: Iterable[str]) -> No
         The whole spec.
     model : Model
         Model of a recording.
-    set_here : iterable of str
-        Parameters with a value in the spec.
+    set_here : mapping
+        Values of the parameters that have a value in the spec.
     """
     measured = {"n", "steps", *model.params._fields}
     idle = {name for group in NO_EFFECT for name in group._fields}
@@ -208,6 +214,11 @@ def check_of_recording(root: Entry, model: Model, set_here: Iterable[str]) -> No
             if name in idle:
                 words = f'"{name}" has no effect on recorded individuals'
                 raise root.child(RECORDING).error(f"{words}; remove the key")
+    with mistakes.noted():
+        scheme = root.child(RECORDING).value.get("velocities", "central")
+        if TORUS in set_here.get("borders", ()) and scheme != "given":
+            words = "differences of positions are no velocities at periodic borders"
+            raise root.child(RECORDING).error(f"{words}; use `velocities: given`")
     mistakes.check()
 
 

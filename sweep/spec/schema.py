@@ -15,7 +15,6 @@ from sweep.spec.axis_keys import CONTINUE, HOLD, POINTS, WHEN
 from sweep.spec.derived_metrics import NAME
 from sweep.spec.distributions import DISTRIBUTIONS
 from sweep.spec.failure_policy import policy_dependencies
-from sweep.spec.keys import section_schema
 from sweep.spec.maps import shape_schema
 from sweep.spec.recorded import MEAN, columns_of
 from sweep.spec.recording import RECORDING
@@ -32,7 +31,7 @@ from sweep.spec.schema_parts import (
     reference,
 )
 from sweep.spec.schema_settings import each_design, kinds, of_model, sampled
-from sweep.spec.study import model_rule, sections, spec_parts, study_rules
+from sweep.spec.study import sections, spec_schema, study_rules
 
 NO_FILES: Mapping[str, str | None] = {}
 """Default of `files`: a spec without custom files."""
@@ -63,8 +62,7 @@ def json_schema(
     return {
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "boidsweep study",
-        **section_schema(*spec_parts()),
-        **replication_rules(),
+        **spec_schema(),
         **study_rules(),
         "dependencies": policy_dependencies()
         | {key: each.needs for key, each in sections().items() if each.needs},
@@ -72,7 +70,7 @@ def json_schema(
             *models,
             _known_maps(files),
             _known_metrics(files),
-            model_rule(),
+            replication_rules(),
         ],
         "definitions": _definitions(known, samplers),
     }

@@ -52,6 +52,7 @@ from sweep.spec.keys import (
     keys_of,
     read_section,
     read_values,
+    section_schema,
 )
 from sweep.spec.maps import MAP_FORMS, OwnMap, maps_schema, read_maps
 from sweep.spec.mistakes import Mistakes
@@ -335,7 +336,6 @@ class Study:
         Key(
             ModelName("a name that `sweep models` lists, or a file: ./NAME.py"),
             "model of the boids",
-            otherwise="the individuals of `recording`",
             example=next(iter(MODELS)),
         ),
     ]
@@ -720,9 +720,6 @@ def read_study(
     mistakes = Mistakes()
     with mistakes.noted():
         check_keys(root, *spec_parts(), gone=GONE)
-    with mistakes.noted():
-        if MODEL not in root.value:
-            raise root.lacks(MODEL, f'missing "{MODEL}" or "{RECORDING}"')
     values = read_values(Study, root, mistakes)
     policy = mistakes.read(read_policy, root)
     if model := root.get("model"):
@@ -853,8 +850,10 @@ def _of_model(
         mistakes.read(_check_lasting, root, record, streams)
     mistakes.read(check_once, root, fixed, axes, derive=derive)
     if (model := known.models[name]).events and record:
-        swept_names = [column for axis in axes for column in axis.columns]
-        set_here = [*fixed, *derive, *swept_names]
+        set_here: dict[str, list[Value]] = {key: [fixed[key]] for key in fixed}
+        set_here |= {key: [] for key in derive}
+        for axis in axes:
+            set_here |= {key: each.tolist() for key, each in axis.columns.items()}
         mistakes.read(check_of_recording, root, model, set_here)
         mistakes.read(
             check_measurable,
@@ -1004,9 +1003,13 @@ def study_rules() -> Schema:
     return {"not": {"anyOf": barred}, **_lasting_rule()}
 
 
-def model_rule() -> Schema:
-    """Return the check that a spec has a model or a recording as JSON Schema."""
-    return one_of([MODEL, RECORDING])
+def spec_schema() -> Schema:
+    """Return the JSON Schema of the keys of a spec, with a model or a recording."""
+    schema = section_schema(*spec_parts())
+    if MODEL not in schema["required"]:
+        return schema
+    required = [key for key in schema["required"] if key != MODEL]
+    return schema | {"required": required} | one_of([MODEL, RECORDING])
 
 
 def _lasting_rule() -> Schema:

@@ -94,7 +94,7 @@ class Playback:
         # A change in one step needs the position of the step before as well.
         followed = present & self.present(np.maximum(steps - 1, 0))
         for rows, members in ((~per_step, present), (per_step, followed)):
-            chosen = [metrics[row] for row in np.flatnonzero(rows)]
+            chosen = [metrics[row] for row in np.flatnonzero(rows).tolist()]
             for alike in _alike(members) if chosen else ():
                 who = np.flatnonzero(members[alike[0]])
                 if who.size:

@@ -376,14 +376,29 @@ FAST = [
 
 
 MANY_ORDERS = [
-    *((("gather", other), "") for other in ("gather", "compact")),
     *(
-        ((operation, "begin"), "damaged")
-        for operation in ("gather", "compact", "begin")
+        named("folder", case)
+        for case in (
+            *((("gather", other), "") for other in ("gather", "compact")),
+            *(
+                ((operation, "begin"), "damaged")
+                for operation in ("gather", "compact", "begin")
+            ),
+            (("whole_compact", "look"), ""),
+        )
     ),
-    (("whole_compact", "look"), ""),
+    *(
+        named("object store", case)
+        for case in (
+            (("gather", "begin"), "damaged"),
+            (("begin", "begin"), "damaged"),
+            (("whole_compact", "look"), ""),
+        )
+    ),
 ]
-"""In a folder these have hundreds of thousands of states: two interruptions there."""
+"""These have hundreds of thousands of states: two interruptions there. Every order of
+those in an object store took 55 minutes on 2026-11-29, and lost or doubled nothing.
+"""
 IN_EVERY_ORDER = [
     named(place, case)
     for place in PLACES
@@ -456,9 +471,8 @@ def test_no_interruption_loses_or_doubles(make: Callable[[], World]) -> None:
 def test_no_order_of_steps_loses_or_doubles(
     make: Callable[[], World], request: pytest.FixtureRequest
 ) -> None:
-    """All orders, or where a folder has too many, all with two interruptions."""
+    """All orders, or where there are too many, all with two interruptions."""
     case = request.node.callspec.params["make"]
-    many = case in [named("folder", one) for one in MANY_ORDERS]
-    found = explore(make, most_switches=2 if many else None)
+    found = explore(make, most_switches=2 if case in MANY_ORDERS else None)
     print(f"{case}: {found.orders:,} orders, {found.states:,} states")
     assert found.orders > 1

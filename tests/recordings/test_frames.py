@@ -160,4 +160,8 @@ def test_missing_values_are_gaps(tmp_path: Path) -> None:
 def test_other_delimiters_are_read(tmp_path: Path) -> None:
     text = "\n".join(";".join(map(str, row)) for row in line("a", [0, 1, 2]))
     (tmp_path / "t.csv").write_text(f"id;t;x;y\n{text}\n", encoding="utf-8")
-    assert frames_of(study_of_tracks(tmp_path, {"delimiter": ";"})).shape == (3, 4, 1)
+    assert frames_of(study_of_tracks(tmp_path, {"delimiter": "semicolon"})).shape == (
+        3,
+        4,
+        1,
+    )

@@ -19,7 +19,7 @@ CASES: dict[str, tuple[str, dict[str, Any], list[str]]] = {
     "another delimiter": (
         GOOD.replace(",", ";"),
         {},
-        ['is the delimiter ";"? Then write `delimiter: ";"`'],
+        ["is the delimiter a semicolon? Then write `delimiter: semicolon`"],
     ),
     "texts": (
         GOOD + 'b,0.2,two,1\nb,0.3,"2,5",1\nb,0.4,inf,1\n',
@@ -123,6 +123,10 @@ KEYS: dict[str, tuple[dict[str, Any], str]] = {
     "noise of sensing": (
         {"fixed": {"position_noise": 1}},
         '"position_noise" has no effect on recorded individuals',
+    ),
+    "periodic borders": (
+        {"fixed": {"borders": "torus"}},
+        "differences of positions are no velocities at periodic borders",
     ),
     "wind": ({"fixed": {"wind_x": 1}}, '"wind_x" has no effect on recorded'),
 }
