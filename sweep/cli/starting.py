@@ -17,7 +17,8 @@ def init(
         str | None,
         typer.Argument(
             help="Built-in study, such as nguyen2024/separation; by default a list of"
-            " all built-in studies. With --model: the file of the new spec.",
+            " all built-in studies. With --model or --recording: the file of the new"
+            " spec.",
         ),
     ] = None,
     path: Annotated[
@@ -42,9 +43,17 @@ def init(
             help="Preset of the model; by default as_run, or the first preset."
         ),
     ] = None,
+    recording: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Tracked individuals, .csv or .parquet: the first rows give columns"
+            " and time step.",
+        ),
+    ] = None,
     force: Force = False,
 ) -> None:
-    """Create a spec from a built-in study or for a model.
+    """Create a spec from a built-in study, for a model or for a recording.
 
     With --model, the spec is a small study that takes some seconds, and comments
     explain the keys. The study in a file NAME.yaml is my/NAME, so the results are
@@ -55,30 +64,38 @@ def init(
     --------
     sweep init nguyen2024/separation wide.yaml
     sweep init wide.yaml --model nguyen2024
+    sweep init sheep.yaml --recording tracks.csv
     """
     from sweep.cli.listing import built_in_table
     from sweep.cli.terminal import console
-    from sweep.published import begin, begin_with_model
+    from sweep.published import begin, begin_with_model, begin_with_recording
     from sweep.workers import core_count
 
     if preset and not model:
         stop("--preset: needs --model")
-    if model:
+    if model and recording:
+        stop("--model and --recording exclude each other")
+    if model or recording:
+        option = "--model" if model else "--recording"
         if path or (study and not Path(study).suffix):
             stop(
-                f"{study}: STUDY and --model exclude each other; with --model, give"
+                f"{study}: STUDY and {option} exclude each other; with {option}, give"
                 f" only a file, {path or 'NAME.yaml'}"
             )
         file = Path(study) if study else None
+    if model:
         begun = begin_with_model(model, file, preset or "", force=force)
+    elif recording:
+        begun = begin_with_recording(recording, file, force=force)
     elif study:
         begun = begin(study, path, force=force)
     else:
         console().print(built_in_table(core_count()))
         return
     files = ", ".join(map(str, begun.written))
-    print(f"{files}: study {begun.study.name}, from {model or study}", file=sys.stderr)
-    for command in ("plan", begun.study.command):
+    source = model or recording or study
+    print(f"{files}: study {begun.name}, from {source}", file=sys.stderr)
+    for command in ("plan", begun.command):
         print("  " + shlex.join(["sweep", command, str(begun.path)]), file=sys.stderr)
 
 

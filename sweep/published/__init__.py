@@ -4,6 +4,7 @@ The modules are:
 
     starting            a custom study, begun as a copy of a built-in study
     model_studies       a custom study, begun from the description of a model
+    recorded_studies    a custom study, begun from a file of tracked individuals
     creating            custom code, begun as a copy of an example
 
     bibliography        title, authors, year and source of a publication

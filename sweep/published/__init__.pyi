@@ -6,6 +6,7 @@ from .foresight import outlooks as outlooks
 from .model_studies import begin_with_model as begin_with_model
 from .publications import code_files as code_files
 from .publications import read_all as read_all
+from .recorded_studies import begin_with_recording as begin_with_recording
 from .reproducing import reproduce as reproduce
 from .starting import begin as begin
 from .starting import built_in_studies as built_in_studies

@@ -115,7 +115,7 @@ def begin_with_model(
     study = _first_that_can_be(chosen_model, target)
     with unfinished(target) as out:
         out.write(study.text.encode())
-    return Begun(study, target, (target,))
+    return Begun(study.name, study.command, target, (target,))
 
 
 def _as_named(model: str, folder: Path) -> str:

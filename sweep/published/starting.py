@@ -44,9 +44,10 @@ class BuiltInStudy:
 
 @dataclass(frozen=True)
 class Begun:
-    """A new custom study, the spec, and all written files, the spec first."""
+    """A new custom study: name, command and spec; all written files, the spec first."""
 
-    study: Study
+    name: str
+    command: str
     path: Path
     written: tuple[Path, ...]
 
@@ -114,7 +115,7 @@ def begin(name: str, path: Path | None = None, *, force: bool = False) -> Begun:
     for new, content in contents.items():
         with unfinished(new) as out:
             out.write(content)
-    return Begun(study, target, tuple(contents))
+    return Begun(study.name, study.command, target, tuple(contents))
 
 
 def check_new_spec(path: Path, *, force: bool) -> None:

@@ -4,6 +4,7 @@ row_errors   mistakes in rows, each with file and row
 rows         CSV and parquet files, piece by piece
 tracks       the rows of each individual in each event, on disk
 frames       positions and velocities of all individuals at regular times
+first_rows   the columns of a file, and how far apart its times are
 recording    from the section of a spec to the events and back
 """
 

@@ -8,7 +8,7 @@ import hashlib
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
@@ -36,6 +36,7 @@ FRAMES_AT_ONCE = 4096
 MOST_KEPT = 20 * 10**9
 """Bytes of kept frames; the frames that no process has used for longest are deleted."""
 FRAMES = ".frames.npy"
+REMEDY = "launch the study again where its files are"
 Places = NDArray[np.int64]
 Shares = tuple[int, int]
 
@@ -62,18 +63,17 @@ def open_frames(event: Event) -> Floats:
     Raises StoreError if the frames are not on this machine, or have changed.
     """
     path = frames_folder() / f"{event.sha}{FRAMES}"
-    remedy = "launch the study again where its files are"
     try:
         frames: Floats = np.load(path, mmap_mode="r")
         size = path.stat().st_size
         with suppress(OSError):
             os.utime(path)
     except (OSError, ValueError):
-        words = f'the frames of event "{event.name}" of a recording are not in'
-        raise StoreError(f"{words} {path.parent}; {remedy}") from None
+        raise _not_kept(event) from None
     if _sha_of(path, size) != event.sha:
         path.unlink(missing_ok=True)
-        raise StoreError(f"{path} was damaged, and is deleted; {remedy}")
+        _sha_of.cache_clear()
+        raise StoreError(f"{path} was damaged, and is deleted; {REMEDY}")
     return frames
 
 
@@ -90,9 +90,21 @@ def _sha(frames: Floats) -> str:
     return digest.hexdigest()
 
 
+def check_kept(events: Iterable[Event]) -> None:
+    """Raise StoreError unless the frames of all events are on this machine."""
+    for event in events:
+        if not are_kept(event):
+            raise _not_kept(event)
+
+
 def are_kept(event: Event) -> bool:
     """Return whether the frames of an event are on this machine."""
     return (frames_folder() / f"{event.sha}{FRAMES}").is_file()
+
+
+def _not_kept(event: Event) -> StoreError:
+    words = f'the frames of event "{event.name}" of a recording are not in'
+    return StoreError(f"{words} {frames_folder()}; {REMEDY}")
 
 
 @contextmanager

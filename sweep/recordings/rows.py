@@ -5,8 +5,10 @@ All columns of a CSV file are read as text first, so that a mistake has a row.
 
 import csv
 import hashlib
+import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from glob import glob
 from pathlib import Path
 from typing import Any
 
@@ -129,16 +131,18 @@ def track_files(entry: Entry, spec: RecordingSpec) -> list[TrackFile]:
     names = dict[Path, str]()
     for index, pattern in enumerate(spec.files):
         item = entry.child("files").child(index)
-        if Path(pattern).is_absolute():
-            raise item.error(f'"{pattern}" is absolute; allowed: a path from the spec')
-        matches = [path for path in sorted(folder.glob(pattern)) if path.is_file()]
+        # Path.glob takes no absolute pattern.
+        every = sorted(glob(str(folder / pattern), recursive=True))  # noqa: PTH207
+        matches = [Path(path) for path in every if Path(path).is_file()]
         if not matches:
             raise item.error(f'no file matches "{shortened(pattern)}" in {folder}')
         for path in matches:
             if path.suffix not in (CSV, PARQUET):
                 words = f'"{path.name}" ends with "{path.suffix}"'
                 raise item.error(f"{words}; allowed: {CSV} and {PARQUET}")
-            names[path] = path.relative_to(folder).as_posix()
+            is_absolute = Path(pattern).is_absolute()
+            name = path if is_absolute else Path(os.path.relpath(path, folder))
+            names[path] = name.as_posix()
     return [TrackFile(path, name, delimiter) for path, name in names.items()]
 
 

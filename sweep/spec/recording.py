@@ -103,7 +103,7 @@ class RecordingSpec:
     files: Annotated[
         tuple[str, ...],
         Key(
-            ListOf(Text("a path from the folder of the spec"), "paths or patterns"),
+            ListOf(Text("a path or a pattern"), "paths or patterns"),
             "CSV or parquet files with one row per individual and time, or patterns",
             example="[tracks/*.csv]",
         ),
@@ -188,7 +188,7 @@ class RecordingSpec:
 
 
 def check_of_recording(
-    root: Entry, model: Model, set_here: Mapping[str, Collection[object]]
+    section: Entry, model: Model, set_here: Mapping[str, Collection[object]]
 ) -> None:
     """Raise SpecError for values of parameters that a recording cannot have.
 
@@ -196,8 +196,8 @@ def check_of_recording(
 
     Parameters
     ----------
-    root : Entry
-        The whole spec.
+    section : Entry
+        The section `recording`.
     model : Model
         Model of a recording.
     set_here : mapping
@@ -210,15 +210,15 @@ def check_of_recording(
         with mistakes.noted():
             if name in measured:
                 words = f'the recording gives the value of "{name}"; remove the key'
-                raise root.child(RECORDING).error(words)
+                raise section.error(words)
             if name in idle:
                 words = f'"{name}" has no effect on recorded individuals'
-                raise root.child(RECORDING).error(f"{words}; remove the key")
+                raise section.error(f"{words}; remove the key")
     with mistakes.noted():
-        scheme = root.child(RECORDING).value.get("velocities", "central")
+        scheme = section.value.get("velocities", "central")
         if TORUS in set_here.get("borders", ()) and scheme != "given":
             words = "differences of positions are no velocities at periodic borders"
-            raise root.child(RECORDING).error(f"{words}; use `velocities: given`")
+            raise section.error(f"{words}; use `velocities: given`")
     mistakes.check()
 
 

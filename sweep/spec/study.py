@@ -854,7 +854,8 @@ def _of_model(
         set_here |= {key: [] for key in derive}
         for axis in axes:
             set_here |= {key: each.tolist() for key, each in axis.columns.items()}
-        mistakes.read(check_of_recording, root, model, set_here)
+        if section := root.get(RECORDING):  # the spec of one trial has all parameters
+            mistakes.read(check_of_recording, section, model, set_here)
         mistakes.read(
             check_measurable,
             root,

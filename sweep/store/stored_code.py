@@ -30,6 +30,7 @@ from sweep.own_code import (
     unloaded,
 )
 from sweep.recordings import SUFFIX as RECORDING_SUFFIX
+from sweep.recordings import check_kept
 from sweep.spec import CODE, code_file
 from sweep.store.locations import Location, patiently
 from sweep.store.regular import fits, read_json, regular_size
@@ -146,7 +147,8 @@ def known_with_code(store: Store, origin: Mapping[str, Any], trust: bool) -> Cat
         If the code has no seal of this user and `trust` is false, or if the code cannot
         run.
     StoreError
-        If the stored code is not a valid record of a launch.
+        If the stored code is not a valid record of a launch, or if the frames of a
+        recording are not on this machine.
     """
     if "own" not in origin:
         return BUILT_IN
@@ -158,7 +160,10 @@ def known_with_code(store: Store, origin: Mapping[str, Any], trust: bool) -> Cat
             " launched here. The code has all your rights: read it (`sweep code`), then"
             " allow it with --trust"
         )
-    return loaded(code)
+    known = loaded(code)
+    for model in known.own.models.values():
+        check_kept(model.events)
+    return known
 
 
 def stored_sources(store: Store, origin: Mapping[str, Any]) -> Mapping[str, str]:

@@ -34,8 +34,8 @@ MAY_IMPORT = {
     "loaded": "errors text method analysis spec tables methods",
     "replays": ("kernels errors text spec design trial store workers tables figures"),
     "published": (
-        "kernels errors text method analysis spec own_code design store workers tables"
-        " methods campaigns figures"
+        "kernels errors text method analysis spec recordings own_code design store"
+        " workers tables methods campaigns figures"
     ),
     "sharing": "kernels errors text spec design store tables published",
     "web": (

@@ -1,0 +1,142 @@
+"""A study of a recording is a study: tables, comparisons, figures, replays, packs."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from sweep.own_code import load_spec
+from sweep.recordings.frames import FRAMES, _sha_of, frames_folder
+from sweep.trial import run
+from tests.commands import sweep
+from tests.recordings.tracks import jobs_of, written
+
+SPEC = """\
+study: lab/drives
+recording:
+  files: [tracks.csv]
+  time_step: 0.5
+  columns: {event: drive, kind: species}
+  gaps: 1
+  source: "A. Author (2024), Drives, doi.org/10.1000/1"
+fixed: {flock_range: 2}
+record:
+  metrics: [polarization, flock_radius, polarization_of_sheep]
+  series: [polarization]
+  trajectories: true
+"""
+MODEL = """\
+study: lab/model
+model: strombom2014
+fixed: {n: 6, steps: 20}
+replicates: 4
+record: {metrics: [polarization, flock_radius]}
+"""
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with three stored drives, one of which has a gap."""
+    folder = tmp_path_factory.mktemp("lab")
+    random = np.random.default_rng(1)
+    rows = []
+    for drive in range(3):
+        way = np.cumsum(random.normal(0.3, 0.1, (20 + drive, 6, 2)), axis=0)
+        for (frame, animal), (x, y) in zip(
+            np.ndindex(way.shape[:2]), way.reshape(-1, 2), strict=True
+        ):
+            if drive == 1 and animal == 2 and 5 <= frame < 12:
+                continue
+            kind = "dog" if animal == 5 else "sheep"
+            rows.append((animal, frame / 2, x, y, drive, kind))
+    written(folder, rows, "id,t,x,y,drive,species")
+    (folder / "spec.yaml").write_text(SPEC, encoding="utf-8")
+    (folder / "model.yaml").write_text(MODEL, encoding="utf-8")
+    for spec in ("spec.yaml", "model.yaml"):
+        assert sweep(folder, "launch", spec).returncode == 0
+    return folder
+
+
+def told(lab: Path, *command: str) -> str:
+    ended = sweep(lab, *command)
+    assert ended.returncode == 0, ended.stderr
+    return ended.stdout
+
+
+def test_a_trial_is_an_event_with_its_own_numbers(lab: Path) -> None:
+    told(lab, "export", "lab/drives", "--to", "trials.parquet")
+    trials = pd.read_parquet(lab / "trials.parquet")
+    assert sorted(trials["steps"]) == [19, 20, 21]
+    assert set(trials["n"]) == {6}
+    assert set(trials["count_dog"]) == {1}
+    assert sorted(trials["absent"] > 0) == [False, False, True]
+
+
+def test_a_comparison_with_a_model_is_not_paired(lab: Path) -> None:
+    text = told(lab, "compare", "lab/drives", "lab/model")
+    assert "not paired: the trials of A and B share no random numbers" in text
+
+
+def test_ranges_of_one_recording_are_paired_by_event(lab: Path) -> None:
+    swept = SPEC.replace("lab/drives", "lab/ranges").replace(
+        "fixed: {flock_range: 2}", "sweep: {flock_range: [1, 2]}"
+    )
+    swept = swept.replace(
+        "[polarization, flock_radius, polarization_of_sheep]", "[flock_count]"
+    )
+    (lab / "ranges.yaml").write_text(swept, encoding="utf-8")
+    told(lab, "launch", "ranges.yaml")
+    text = told(lab, "compare", "lab/ranges:flock_range=1", "lab/ranges:flock_range=2")
+    assert "not paired" not in text
+
+
+def test_stored_events_are_played_again_bit_for_bit(lab: Path) -> None:
+    text = told(lab, "verify", "lab/drives", "--fraction", "1")
+    assert "3 of 3 bitwise identical" in text
+
+
+def test_figures_show_absent_individuals_as_gaps(lab: Path) -> None:
+    told(lab, "plot", "lab/drives", "trajectories", "--out", "figures")
+    assert (lab / "figures" / "trajectories.png").stat().st_size > 10_000
+
+
+def test_the_reference_of_the_data_is_cited_and_described(lab: Path) -> None:
+    assert "doi.org/10.1000/1" in told(lab, "cite", "lab/drives")
+    assert "doi.org/10.1000/1" in told(lab, "odd", "lab/drives")
+
+
+def test_a_packed_study_has_its_tables_elsewhere(lab: Path, tmp_path: Path) -> None:
+    told(lab, "pack", "lab/drives", "--to", str(tmp_path / "drives.zip"))
+    told(tmp_path, "load", "drives.zip")
+    assert told(tmp_path, "table", "lab/drives") == told(lab, "table", "lab/drives")
+
+
+def test_a_study_takes_up_new_events(lab: Path, tmp_path: Path) -> None:
+    """Stored events keep their ids."""
+    rows = (lab / "tracks.csv").read_text(encoding="utf-8")
+    (tmp_path / "spec.yaml").write_text(SPEC, encoding="utf-8")
+    (tmp_path / "tracks.csv").write_text(rows, encoding="utf-8")
+    sweep(tmp_path, "launch", "spec.yaml")
+    more = "".join(f"1,{k / 2},{k},{k},0.5,sheep\n" for k in range(5))
+    (tmp_path / "tracks.csv").write_text(rows + more, encoding="utf-8")
+    ended = sweep(tmp_path, "launch", "spec.yaml")
+    assert "4 trials, 3 of them stored already" in ended.stderr
+
+
+def test_frames_that_are_gone_or_damaged_are_read_again(
+    lab: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    lost = sweep(lab, "verify", "lab/drives")
+    assert "launch the study again where its files are" in lost.stderr
+    told(lab, "launch", "spec.yaml")
+    assert told(lab, "verify", "lab/drives")
+    study = load_spec(lab / "spec.yaml")
+    for file in frames_folder().glob(f"*{FRAMES}"):
+        content = bytearray(file.read_bytes())
+        content[-1] ^= 1
+        file.write_bytes(content)
+    _sha_of.cache_clear()
+    assert "was damaged, and is deleted" in run(jobs_of(study)[0]).error
+    assert run(jobs_of(load_spec(lab / "spec.yaml"))[0]).status == "done"
