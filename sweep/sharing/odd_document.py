@@ -4,6 +4,8 @@ The elements follow Grimm et al. 2020, Journal of Artificial Societies and Socia
 Simulation 23(2), 7. All texts come from the declarations of a model, metrics, maps,
 initial conditions and a spec, and from the docstrings of functions. A missing text is
 printed as a gap, "not stated", and listed at the end for the author to fill in.
+
+A study of a recording has no model: the page describes the data instead.
 """
 
 import inspect
@@ -23,18 +25,22 @@ from sweep.errors import ChoiceError, CodeError
 from sweep.published import bibliography_of
 from sweep.sharing.citing import behind, program
 from sweep.spec import (
+    RECORDING,
     Document,
+    RecordingSpec,
     Setting,
     Streams,
     Study,
     Value,
     keys_of,
     parse,
+    parse_document,
+    read_section,
     settings_of,
     spelled,
 )
 from sweep.tables import StoredStudy
-from sweep.text import description_of
+from sweep.text import description_of, so_many
 
 MOST_VALUES = 8
 """Most values of a parameter that are listed; more numbers are written as a range."""
@@ -63,6 +69,9 @@ MAY_BE_OFF = ("sensing", "actuation", "failures", "medium")
 MOST_COMBINED = 10_000
 """Most combinations of values for which a condition is evaluated."""
 STREAMS = keys_of(Streams)
+MOST_EVENTS = 50
+"""Most events of a recording that are listed."""
+SHA_DIGITS = 12
 SEARCHED = "searched"
 """Text that replaces the value of a parameter that a search varies."""
 
@@ -242,19 +251,30 @@ class _Page:
     def write(self) -> None:
         """Write all sections of the page."""
         facts = self.facts
-        self.heading(1, f"ODD of the study {facts.name}")
-        self.say(
-            f"The model {facts.model.name}, described after Grimm et al. (2020) by"
-            f" boidsweep {program().version} from the declarations of the code and the"
-            " spec."
-        )
-        for number, (title, write) in enumerate(ELEMENTS.items(), 1):
+        is_recording = bool(facts.model.events)
+        version = program().version
+        if is_recording:
+            self.heading(1, f"Data of the study {facts.name}")
+            self.say(
+                f"The recording of the study, described by boidsweep {version} from the"
+                " spec and the files. A recording has no model, so the page has no"
+                " elements of ODD."
+            )
+        else:
+            self.heading(1, f"ODD of the study {facts.name}")
+            self.say(
+                f"The model {facts.model.name}, described after Grimm et al. (2020) by"
+                f" boidsweep {version} from the declarations of the code and the spec."
+            )
+        elements = OF_RECORDING if is_recording else ELEMENTS
+        for number, (title, write) in enumerate(elements.items(), 1):
             self.heading(2, f"{number}. {title}")
             write(self)
         self.heading(2, "The experiment")
         _experiment(self)
         self.heading(2, "References")
-        self.list([PROTOCOL, behind(facts.model.name, facts.known).as_text()])
+        source = behind(facts.model.name, facts.known).as_text()
+        self.list([source] if is_recording else [PROTOCOL, source])
         self.heading(2, "Gaps")
         self.list(self.gaps or ["none"])
 
@@ -642,6 +662,68 @@ def _submodels(page: _Page) -> None:
         page.gap("the submodels: the step of the model calls no named function")
 
 
+def _data(page: _Page) -> None:
+    model = page.facts.model
+    source = f"Source of the data: {model.source}." if model.source else None
+    page.either(source, "the source of the data: write it under `source`")
+    comment = page.facts.document.comment
+    page.either(
+        f"The spec of the study begins: {comment}" if comment else None,
+        "the purpose of this study: write it in a comment at the beginning of the spec",
+    )
+    page.gap("how individuals were tracked, and the error of a position")
+    rows = [
+        (
+            event.name,
+            f"{event.boids}",
+            *(f"{count}" for count in event.kinds),
+            f"{event.steps + 1:,}",
+            f"{100 * event.interpolated:.2g} %",
+            f"{100 * event.absent:.2g} %",
+            event.sha[:SHA_DIGITS],
+        )
+        for event in model.events[:MOST_EVENTS]
+    ]
+    heads = ("event", "individuals", *model.kinds, "frames", "interpolated", "absent")
+    page.table((*heads, "sha256"), rows)
+    if (more := len(model.events) - MOST_EVENTS) > 0:
+        page.say(f"{so_many(more, 'further event')} not listed.")
+
+
+def _from_rows(page: _Page) -> None:
+    root = parse_document(page.facts.spec, Path("spec"))
+    spec = read_section(RecordingSpec, root.child(RECORDING))
+    length = page.facts.model.length
+    gaps = (
+        f"Positions are interpolated linearly between two rows at most {spec.gaps:g} s"
+        " apart."
+        if spec.gaps
+        else "No positions are interpolated."
+    )
+    velocities = {
+        "given": "Velocities are those of the files.",
+        "central": "Velocities are central differences, one-sided at the ends.",
+        "backward": "Velocities are backward differences.",
+    }
+    page.list(
+        [
+            f"A frame follows the previous frame after {spec.time_step:g} s.",
+            f"Lengths are in {length}: lengths in the files times {spec.scale:g}.",
+            f"{gaps} Beyond a gap an individual is absent, and metrics leave it out.",
+            f"{velocities[spec.velocities]} Nothing is smoothed.",
+        ]
+    )
+
+
+def _recorded_world(page: _Page) -> None:
+    facts = page.facts
+    names = ("map", "width", "height", "borders")
+    page.table(
+        ("parameter", "value", "unit"),
+        [(name, _values(facts, name), facts.settings[name].unit) for name in names],
+    )
+
+
 def _experiment(page: _Page) -> None:
     facts = page.facts
     varied = [name for name, values in facts.values.items() if len(values) > 1]
@@ -682,6 +764,13 @@ ELEMENTS: Mapping[str, Callable[[_Page], None]] = {
     "Submodels": _submodels,
 }
 """Functions that write the elements of ODD, in the order of ODD."""
+OF_RECORDING: Mapping[str, Callable[[_Page], None]] = {
+    "Data": _data,
+    "From rows to frames": _from_rows,
+    "World": _recorded_world,
+    "Observation": _observation,
+}
+"""Functions that describe a recording."""
 CONCEPTS: Mapping[str, Callable[[_Page], None]] = {
     "Basic principles": _basic_principles,
     "Emergence": _stated_nowhere("results that emerge, and results that rules impose"),

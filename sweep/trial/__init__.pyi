@@ -30,6 +30,7 @@ from .on_device import DeviceTrials as DeviceTrials
 from .on_device import gpu as gpu
 from .on_device import problem as problem
 from .on_device import refusal_of as refusal_of
+from .playing import with_last_positions as with_last_positions
 from .probe import MOST_TRIALS as MOST_TRIALS
 from .probe import check_once as check_once
 from .probe import check_runs as check_runs

@@ -17,6 +17,7 @@ from kernels.playback import Played
 from kernels.recording import FILLED, Frames
 from sweep.design import Job, LastFlock
 from sweep.recordings import open_frames
+from sweep.text import so_many
 
 Floats = NDArray[np.float64]
 Presence = NDArray[np.bool_]
@@ -31,10 +32,25 @@ class Playback:
     ----------
     job : Job
         Trial of a recording.
+
+    Raises
+    ------
+    RuntimeError
+        If the recording has no such event, or the event another number of individuals.
+    StoreError
+        If the frames are not on this machine.
     """
 
     def __init__(self, job: Job) -> None:
-        event = job.known.models[job.model].events[job.replicate]
+        events = job.known.models[job.model].events
+        boids = int(job.settings["n"])
+        if job.replicate >= len(events):
+            words = f"the recording has {so_many(len(events), 'event')}"
+            raise RuntimeError(f"{words}: there is no event {job.replicate}, from 0")
+        event = events[job.replicate]
+        if boids != event.boids:
+            words = f'event "{event.name}" has {event.boids} individuals, not {boids}'
+            raise RuntimeError(words)
         self._frames = open_frames(event)
         self._dt = float(job.settings["dt"])
         self._last = _known(np.zeros(self._frames.shape[1:]), self._frames[:1])[-1]
@@ -106,6 +122,14 @@ class Playback:
 def playback_of(job: Job) -> Playback | None:
     """Return the playback of a trial of a recording; None for any other trial."""
     return Playback(job) if job.known.models[job.model].events else None
+
+
+def with_last_positions(bodies: Floats) -> Floats:
+    """Return frames (F, 4, N) in which an absent individual keeps the last values.
+
+    An individual without earlier values gets zeros.
+    """
+    return _known(np.zeros(bodies.shape[1:]), bodies)
 
 
 def _alike(present: Presence) -> list[NDArray[np.int64]]:

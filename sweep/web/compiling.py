@@ -93,6 +93,8 @@ def small(
 ) -> Job:
     """Return a trial of two boids on the empty map, which belongs to no point.
 
+    A trial of a recording has the individuals of the first event.
+
     Parameters
     ----------
     model : str
@@ -106,7 +108,9 @@ def small(
     layers : frozenset of type, optional
         Layers of the robots.
     """
-    settings = preset_settings(model, preset, known) | {"n": 2, "map": "empty"}
+    settings = preset_settings(model, preset, known) | {"map": "empty"}
+    if not known.models[model].events:
+        settings |= {"n": 2}
     settings |= with_layers(layers)
     return Job(
         trial_id="",

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sweep.design import Job
 from sweep.replays import Report, frames
-from sweep.trial import joined, measured
+from sweep.trial import joined, measured, with_last_positions
 from sweep.web.running import recorded
 
 MOST_BYTES = 256 * 2**20
@@ -103,7 +103,7 @@ def fly(
         job,
         every,
         steps=run.steps[:count],
-        bodies=run.bodies[:count],
+        bodies=with_last_positions(run.bodies[:count]),
         values={name: values[name][:count] for name in metrics},
     )
 

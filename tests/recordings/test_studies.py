@@ -103,7 +103,11 @@ def test_figures_show_absent_individuals_as_gaps(lab: Path) -> None:
 
 def test_the_reference_of_the_data_is_cited_and_described(lab: Path) -> None:
     assert "doi.org/10.1000/1" in told(lab, "cite", "lab/drives")
-    assert "doi.org/10.1000/1" in told(lab, "odd", "lab/drives")
+    page = told(lab, "odd", "lab/drives")
+    assert "doi.org/10.1000/1" in page
+    assert "Velocities are central differences, one-sided at the ends." in page
+    assert "| 1 | 6 | 1 | 5 | 21 | 0 % | 5.6 % |" in page
+    assert told(lab, "odd", "spec.yaml").splitlines()[0] == page.splitlines()[0]
 
 
 def test_a_packed_study_has_its_tables_elsewhere(lab: Path, tmp_path: Path) -> None:
