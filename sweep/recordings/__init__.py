@@ -1,7 +1,8 @@
 """Recordings: tracked individuals in files, as the trials of a study.
 
 row_errors   mistakes in rows, each with file and row
-rows         CSV and parquet files, piece by piece
+files        formats of files, which are read piece by piece
+rows         the files and columns of a section, and values of columns
 tracks       the rows of each individual in each event, on disk
 frames       positions and velocities of all individuals at regular times
 first_rows   the columns of a file, and how far apart its times are

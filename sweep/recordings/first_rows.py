@@ -10,16 +10,9 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from sweep.errors import SpecError
+from sweep.recordings.files import FORMATS, CsvFile
 from sweep.recordings.row_errors import RowErrors
-from sweep.recordings.rows import (
-    CSV,
-    DELIMITERS,
-    PARQUET,
-    TrackFile,
-    check_columns,
-    numbers,
-    texts,
-)
+from sweep.recordings.rows import DELIMITERS, check_columns, numbers, texts, times
 from sweep.spec import Delimiter, Document, Entry
 
 USUAL: dict[str, tuple[str, ...]] = {
@@ -88,11 +81,11 @@ def survey(path: Path) -> Survey:
         If the file cannot be read, has no rows or lacks a usual column.
     """
     entry = Entry(Document(path, ""), (), {})
-    if path.suffix not in (CSV, PARQUET):
-        words = f'{path}: ends with "{path.suffix}"; allowed: {CSV} and {PARQUET}'
+    if path.suffix not in FORMATS:
+        words = f'{path}: ends with "{path.suffix}"; allowed: {", ".join(FORMATS)}'
         raise SpecError(words)
     delimiter = _delimiter(path)
-    file = TrackFile(path, path.name, DELIMITERS[delimiter])
+    file = FORMATS[path.suffix](path, path.name, DELIMITERS[delimiter])
     check_columns(entry, file, ())
     columns = _columns(path, file.columns())
     errors = RowErrors(entry)
@@ -101,17 +94,15 @@ def survey(path: Path) -> Survey:
     if piece is None or not piece.num_rows:
         raise SpecError(f"{path}: has no rows")
 
-    def read(key: str) -> NDArray[np.float64]:
-        return numbers(piece, columns[key], file, 0, errors=errors)
-
-    x = read("x")
-    y = read("y")
+    x = numbers(piece, columns["x"], file, 0, errors=errors)
+    y = numbers(piece, columns["y"], file, 0, errors=errors)
     individuals = texts(piece[columns["individual"]]).dictionary_encode()
     time_step = None
     longest = 0.0
     is_regular = True
     if "time" in columns:
-        passed = np.concatenate([*_passed(piece, columns, individuals, read("time"))])
+        clock = times(piece, columns["time"], file, 0, errors=errors)
+        passed = np.concatenate([*_passed(piece, columns, individuals, clock)])
         if not passed.size:
             raise SpecError(f"{path}: no individual has two rows")
         time_step = float(f"{np.median(passed):.{DIGITS}g}")
@@ -133,7 +124,7 @@ def survey(path: Path) -> Survey:
 
 def _delimiter(path: Path) -> Delimiter:
     """Return the delimiter that is most frequent in the first line of a CSV file."""
-    if path.suffix != CSV:
+    if FORMATS[path.suffix] is not CsvFile:
         return "comma"
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:

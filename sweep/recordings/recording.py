@@ -21,6 +21,7 @@ from kernels.identity import package_sha
 from kernels.model import Event, Model
 from kernels.playback import recorded_model
 from sweep.errors import StoreError
+from sweep.recordings.files import TrackFile
 from sweep.recordings.frames import (
     EventFrames,
     are_kept,
@@ -29,7 +30,7 @@ from sweep.recordings.frames import (
     working_folder,
 )
 from sweep.recordings.row_errors import RowErrors
-from sweep.recordings.rows import TrackFile, check_columns, track_files
+from sweep.recordings.rows import check_columns, track_files
 from sweep.recordings.tracks import UNNAMED, Floats, Tracks
 from sweep.spec import RECORDING, Entry, RecordingSpec, read_section
 from sweep.text import so_many

@@ -1,124 +1,24 @@
-"""Rows of CSV and parquet files, piece by piece, so that a file may exceed the memory.
+"""Rows of files: which files and columns a section names, and values of columns."""
 
-All columns of a CSV file are read as text first, so that a mistake has a row.
-"""
-
-import csv
-import hashlib
 import os
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from glob import glob
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
-import pyarrow.csv
-import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
+from sweep.recordings.files import FORMATS, CsvFile, TrackFile
 from sweep.recordings.row_errors import RowErrors
-from sweep.spec import Delimiter, Entry, RecordingSpec
+from sweep.spec import FILE, Delimiter, Entry, RecordingSpec
 from sweep.text import shortened, unknown
 
-CSV = ".csv"
-PARQUET = ".parquet"
 MISSING = ("", "NA", "NaN", "nan", "null", "None")
 """Texts of a missing value."""
-BLOCK_BYTES = 8 * 2**20
-"""Bytes of a CSV file that are read at once."""
-BLOCK_ROWS = 100_000
-"""Rows of a parquet file that are read at once."""
 DELIMITERS: dict[Delimiter, str] = {"comma": ",", "semicolon": ";", "tab": "\t"}
 Floats = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class TrackFile:
-    """A file of a recording.
-
-    Attributes
-    ----------
-    path : Path
-    name : str
-        Path from the folder of the spec, for messages.
-    delimiter : str
-        Delimiter of a CSV file.
-    """
-
-    path: Path
-    name: str
-    delimiter: str
-
-    @property
-    def is_csv(self) -> bool:
-        """True for a CSV file, False for a parquet file."""
-        return self.path.suffix == CSV
-
-    def place(self, row: int) -> str:
-        """Return the file and the number of a row, in words; rows count from 0."""
-        if self.is_csv:
-            return f"{self.name}, line {row + 2}"
-        return f"{self.name}, row {row + 1}"
-
-    def sha(self) -> str:
-        """Return the sha256 of the content."""
-        with self.path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
-
-    def columns(self) -> list[str]:
-        """Return the names of the columns. Raises ValueError for an unreadable file."""
-        if not self.is_csv:
-            return list(pq.read_schema(self.path).names)
-        with self.path.open(encoding="utf-8-sig", newline="") as file:
-            return next(csv.reader(file, delimiter=self.delimiter), [])
-
-    def pieces(self, columns: Sequence[str], errors: RowErrors) -> Iterator[pa.Table]:
-        """Yield the rows, in pieces; all values of a CSV file are texts.
-
-        Parameters
-        ----------
-        columns : sequence of str
-            Columns of the pieces.
-        errors : RowErrors
-            Receives rows of a CSV file with a wrong number of values.
-
-        Yields
-        ------
-        pyarrow.Table
-        """
-        if not self.is_csv:
-            file = pq.ParquetFile(self.path)
-            for batch in file.iter_batches(BLOCK_ROWS, columns=[*columns]):
-                yield pa.Table.from_batches([batch])
-            return
-
-        def skip(row: Any) -> str:
-            words = (
-                f"{row.actual_columns} values; the header has {row.expected_columns}"
-            )
-            number = 1 if row.number is None else row.number - 2
-            errors.note("a wrong number of values", self.place(number), words)
-            return "skip"
-
-        reader = pyarrow.csv.open_csv(
-            self.path,
-            read_options=pyarrow.csv.ReadOptions(
-                use_threads=False, block_size=BLOCK_BYTES
-            ),
-            parse_options=pyarrow.csv.ParseOptions(
-                delimiter=self.delimiter, invalid_row_handler=skip
-            ),
-            convert_options=pyarrow.csv.ConvertOptions(
-                include_columns=[*columns],
-                column_types=dict.fromkeys(columns, pa.string()),
-                strings_can_be_null=False,
-            ),
-        )
-        for batch in reader:
-            yield pa.Table.from_batches([batch])
 
 
 def track_files(entry: Entry, spec: RecordingSpec) -> list[TrackFile]:
@@ -137,13 +37,13 @@ def track_files(entry: Entry, spec: RecordingSpec) -> list[TrackFile]:
         if not matches:
             raise item.error(f'no file matches "{shortened(pattern)}" in {folder}')
         for path in matches:
-            if path.suffix not in (CSV, PARQUET):
+            if path.suffix not in FORMATS:
                 words = f'"{path.name}" ends with "{path.suffix}"'
-                raise item.error(f"{words}; allowed: {CSV} and {PARQUET}")
+                raise item.error(f"{words}; allowed: {', '.join(FORMATS)}")
             is_absolute = Path(pattern).is_absolute()
             name = path if is_absolute else Path(os.path.relpath(path, folder))
             names[path] = name.as_posix()
-    return [TrackFile(path, name, delimiter) for path, name in names.items()]
+    return [FORMATS[path.suffix](path, name, delimiter) for path, name in names.items()]
 
 
 def check_columns(entry: Entry, file: TrackFile, columns: Sequence[str]) -> None:
@@ -159,9 +59,11 @@ def check_columns(entry: Entry, file: TrackFile, columns: Sequence[str]) -> None
     """
     try:
         present = file.columns()
-    except (OSError, ValueError, csv.Error) as error:
+    except (OSError, ValueError) as error:
         raise entry.error(f"{file.name} cannot be read: {error}") from None
     for column in columns:
+        if column == FILE:
+            continue
         if column not in present:
             words = unknown("column", column, present)
             hint = _other_delimiter(present, file)
@@ -172,7 +74,7 @@ def check_columns(entry: Entry, file: TrackFile, columns: Sequence[str]) -> None
 
 def _other_delimiter(present: Sequence[str], file: TrackFile) -> str:
     """Return a hint if the only column of a CSV file contains another delimiter."""
-    if len(present) != 1 or not file.is_csv:
+    if len(present) != 1 or not isinstance(file, CsvFile):
         return ""
     for name, delimiter in DELIMITERS.items():
         if delimiter in present[0]:
@@ -207,6 +109,8 @@ def numbers(
         trimmed = pc.utf8_trim_whitespace(column)
         missing = pc.is_in(trimmed, value_set=pa.array(MISSING, trimmed.type))
         column = pc.if_else(missing, pa.scalar(None, trimmed.type), trimmed)
+    if pa.types.is_timestamp(column.type):
+        column = _seconds(column)
     try:
         read = pc.cast(column, pa.float64())
     except pa.ArrowInvalid:
@@ -237,6 +141,32 @@ def _one_by_one(
             words = f'{name} is "{shortened(str(text))}", which is no number{hint}'
             errors.note("text in place of a number", file.place(row), words)
     return pa.array(values, pa.float64())
+
+
+def times(
+    piece: pa.Table, name: str, file: TrackFile, first: int, *, errors: RowErrors
+) -> Floats:
+    """Return a column of times in seconds; dates with a time of day are allowed.
+
+    Parameters
+    ----------
+    piece, name, file, first, errors
+        As in `numbers`.
+    """
+    column = piece[name]
+    if pa.types.is_string(column.type):
+        try:
+            dates = pc.cast(pc.utf8_trim_whitespace(column), pa.timestamp("us"))
+            piece = pa.table({name: dates})
+        except pa.ArrowInvalid:
+            pass  # numbers, or a mistake that `numbers` reports
+    return numbers(piece, name, file, first, errors=errors)
+
+
+def _seconds(column: pa.ChunkedArray) -> pa.ChunkedArray:
+    """Return times of a clock as seconds since 1970."""
+    micro = pc.cast(pc.cast(column, pa.timestamp("us"), safe=False), pa.int64())
+    return pc.divide(pc.cast(micro, pa.float64()), 1e6)
 
 
 def texts(column: pa.ChunkedArray) -> pa.Array:

@@ -17,15 +17,18 @@ import pyarrow.compute as pc
 from numpy.typing import NDArray
 
 from kernels.model import WORKING
+from sweep.recordings.files import TrackFile
 from sweep.recordings.row_errors import RowErrors
-from sweep.recordings.rows import TrackFile, numbers, texts
-from sweep.spec import NAME, RecordingSpec
+from sweep.recordings.rows import numbers, texts, times
+from sweep.spec import FILE, NAME, RecordingSpec
 from sweep.text import shortened
 
 TIME, X, Y, VX, VY = range(5)
 """Rows of the numbers of a track."""
 Floats = NDArray[np.float64]
 Wholes = NDArray[np.int64]
+ALL = "all"
+"""Name of the only event, if each file is an individual."""
 UNNAMED = ""
 """Kind of all individuals of a recording without kinds."""
 MOST_NAMES = 2**31
@@ -101,7 +104,7 @@ class Tracks:
     def _named(self) -> list[str]:
         columns = self.spec.columns
         names = (columns.individual, columns.event, columns.kind)
-        return [name for name in names if name is not None]
+        return [name for name in names if name not in (None, FILE)]
 
     @property
     def _measured(self) -> list[str]:
@@ -120,9 +123,10 @@ class Tracks:
     def count(self) -> None:
         """Count the rows of each track, and note the kinds of individuals."""
         rows = 0
+        named = dict.fromkeys(self._named or self._measured[:1])
         for file in self.files:
             begin = rows
-            for piece in file.pieces(list(dict.fromkeys(self._named)), self.errors):
+            for piece in file.pieces([*named], self.errors):
                 self._count_piece(file, piece, rows - begin)
                 rows += piece.num_rows
             self._ends.append(rows)
@@ -170,11 +174,17 @@ class Tracks:
     def _groups(self, file: TrackFile, piece: pa.Table) -> tuple[Wholes, Wholes]:
         """Return the number of the event and of the individual of each row."""
         columns = self.spec.columns
-        individuals = self._individuals.of(texts(piece[columns.individual]))
-        if columns.event is None:
-            name = pa.array([file.path.stem])
-            return np.repeat(self._events.of(name), piece.num_rows), individuals
-        return self._events.of(texts(piece[columns.event])), individuals
+        rows = piece.num_rows
+        own = pa.array([file.path.stem])
+        is_individual = columns.individual == FILE
+        if is_individual:
+            individuals = np.repeat(self._individuals.of(own), rows)
+        else:
+            individuals = self._individuals.of(texts(piece[columns.individual]))
+        if columns.event is not None and columns.event != FILE:
+            return self._events.of(texts(piece[columns.event])), individuals
+        event = pa.array([ALL]) if is_individual and columns.event is None else own
+        return np.repeat(self._events.of(event), rows), individuals
 
     def sort_into(self, folder: Path) -> Iterator[list[TrackRows]]:
         """Write all rows into a folder, and yield the tracks of each event.
@@ -221,7 +231,8 @@ class Tracks:
     def _numbers(self, file: TrackFile, piece: pa.Table, first: int) -> Floats:
         values = np.full((VY + 1, piece.num_rows), np.nan)
         for row, name in enumerate(self._measured):
-            values[row] = numbers(piece, name, file, first, errors=self.errors)
+            read = times if row == TIME else numbers
+            values[row] = read(piece, name, file, first, errors=self.errors)
         lacking = np.flatnonzero(np.isnan(values[TIME]))
         if lacking.size:
             place = file.place(first + int(lacking[0]))

@@ -90,6 +90,7 @@ from .recorded import declaration_of as declaration_of
 from .recorded import is_half as is_half
 from .recorded import lacks as lacks
 from .recorded import lacks_boids as lacks_boids
+from .recording import FILE as FILE
 from .recording import RECORDING as RECORDING
 from .recording import Delimiter as Delimiter
 from .recording import RecordingSpec as RecordingSpec

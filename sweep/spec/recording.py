@@ -25,6 +25,8 @@ DELIMITER = OneOf("delimiter", get_args(Delimiter))
 COLUMN = Text("the name of a column")
 NO_EFFECT = (Sensing, Actuation, Breakdowns, Medium, StartSettings)
 """Groups of parameters that steer boids, which a recording does not."""
+FILE = "FILE"
+"""Name of a column that every file has: the name of the file without its ending."""
 RECORDING = "recording"
 """Key of the section, and name of the model that plays the recording."""
 
@@ -34,10 +36,20 @@ class TrackColumns:
     """Names of the columns of a recording, as trackdf writes them by default."""
 
     individual: Annotated[
-        str, Key(COLUMN, "name of the individual", example="animal")
+        str,
+        Key(
+            COLUMN,
+            "name of the individual; FILE: each file is an individual",
+            example="animal",
+        ),
     ] = "id"
     time: Annotated[
-        str, Key(COLUMN, "time in seconds, unless `frame` is given", example="time")
+        str,
+        Key(
+            COLUMN,
+            "time in seconds, or date and time, unless `frame` is given",
+            example="time",
+        ),
     ] = "t"
     frame: Annotated[
         str | None,
@@ -73,7 +85,7 @@ class TrackColumns:
         Key(
             COLUMN,
             "name of the event, which is a trial",
-            otherwise="each file is an event",
+            otherwise="each file is an event, or with `individual: FILE` all files",
             example="drive",
         ),
     ] = None
@@ -104,7 +116,8 @@ class RecordingSpec:
         tuple[str, ...],
         Key(
             ListOf(Text("a path or a pattern"), "paths or patterns"),
-            "CSV or parquet files with one row per individual and time, or patterns",
+            "files with one row per individual and time, or patterns: .csv, .parquet,"
+            " .nc of movement, .npz of TRex",
             example="[tracks/*.csv]",
         ),
     ]

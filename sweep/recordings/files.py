@@ -1,0 +1,239 @@
+"""Files of tracks: CSV, parquet, netCDF of movement, and arrays of TRex.
+
+A file gives its rows piece by piece, so that a file may exceed the memory. A new format
+is a class here, and an entry of FORMATS.
+"""
+
+import csv
+import hashlib
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet as pq
+
+from sweep.recordings.row_errors import RowErrors
+from sweep.text import installing
+
+BLOCK_BYTES = 8 * 2**20
+"""Bytes of a CSV file that are read at once."""
+BLOCK_ROWS = 100_000
+"""Rows of other files that are read at once."""
+
+
+@dataclass(frozen=True)
+class TrackFile(ABC):
+    """A file of a recording.
+
+    Attributes
+    ----------
+    path : Path
+    name : str
+        Path from the folder of the spec, for messages.
+    delimiter : str
+        Delimiter of a CSV file.
+    """
+
+    path: Path
+    name: str
+    delimiter: str
+
+    def place(self, row: int) -> str:
+        """Return the file and the number of a row, in words; rows count from 0."""
+        return f"{self.name}, row {row + 1}"
+
+    def sha(self) -> str:
+        """Return the sha256 of the content."""
+        with self.path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+
+    @abstractmethod
+    def columns(self) -> list[str]:
+        """Return the names of the columns. Raises ValueError for an unreadable file."""
+
+    def pieces(self, columns: Sequence[str], errors: RowErrors) -> Iterator[pa.Table]:
+        """Return an iterator of the rows, in pieces; values of a CSV file are texts.
+
+        Parameters
+        ----------
+        columns : sequence of str
+            Columns of the pieces.
+        errors : RowErrors
+            Receives rows of a CSV file with a wrong number of values.
+
+        Returns
+        -------
+        iterator of pyarrow.Table
+        """
+        return self._pieces(columns, errors)
+
+    @abstractmethod
+    def _pieces(self, columns: Sequence[str], errors: RowErrors) -> Iterator[pa.Table]:
+        """Yield what `pieces` returns."""
+
+
+class CsvFile(TrackFile):
+    """Text with a header, which is line 1."""
+
+    def place(self, row: int) -> str:
+        """Return the file and the line of a row, in words; rows count from 0."""
+        return f"{self.name}, line {row + 2}"
+
+    def columns(self) -> list[str]:
+        """Return the names in the header."""
+        with self.path.open(encoding="utf-8-sig", newline="") as file:
+            try:
+                return next(csv.reader(file, delimiter=self.delimiter), [])
+            except csv.Error as error:
+                raise ValueError(str(error)) from None
+
+    def _pieces(self, columns: Sequence[str], errors: RowErrors) -> Iterator[pa.Table]:
+        """Yield the rows as texts. Notes rows with a wrong number of values."""
+
+        def skip(row: Any) -> str:
+            words = (
+                f"{row.actual_columns} values; the header has {row.expected_columns}"
+            )
+            number = 1 if row.number is None else row.number - 2
+            errors.note("a wrong number of values", self.place(number), words)
+            return "skip"
+
+        reader = pyarrow.csv.open_csv(
+            self.path,
+            read_options=pyarrow.csv.ReadOptions(
+                use_threads=False, block_size=BLOCK_BYTES
+            ),
+            parse_options=pyarrow.csv.ParseOptions(
+                delimiter=self.delimiter, invalid_row_handler=skip
+            ),
+            convert_options=pyarrow.csv.ConvertOptions(
+                include_columns=[*columns],
+                column_types=dict.fromkeys(columns, pa.string()),
+                strings_can_be_null=False,
+            ),
+        )
+        for batch in reader:
+            yield pa.Table.from_batches([batch])
+
+
+class ParquetFile(TrackFile):
+    """Columns with types."""
+
+    def columns(self) -> list[str]:
+        """Return the names of the columns."""
+        return list(pq.read_schema(self.path).names)
+
+    def _pieces(self, columns: Sequence[str], _errors: RowErrors) -> Iterator[pa.Table]:
+        """Yield the rows."""
+        file = pq.ParquetFile(self.path)
+        for batch in file.iter_batches(BLOCK_ROWS, columns=[*columns]):
+            yield pa.Table.from_batches([batch])
+
+
+class MovementFile(TrackFile):
+    """A netCDF file of the package movement.
+
+    The variable `position` has the dimensions `time`, `space` and `individuals`, and
+    may have `keypoints`, of which the mean counts. The columns are `id`, `t`, `x` and
+    `y`.
+    """
+
+    def columns(self) -> list[str]:
+        """Return the names that trackdf gives the columns."""
+        if not (find_spec("xarray") and find_spec("netCDF4")):
+            extra = installing("netcdf")
+            raise ValueError(f"netCDF needs xarray and netCDF4; {extra} installs both")
+        with self._dataset() as dataset:
+            if lacking := {"time", "space", "individuals"} - {
+                *dataset["position"].dims
+            }:
+                words = f"the variable position lacks the dimension {min(lacking)}"
+                raise ValueError(words)
+        return ["id", "t", "x", "y"]
+
+    def _pieces(self, columns: Sequence[str], _errors: RowErrors) -> Iterator[pa.Table]:
+        """Yield the individuals at some times, time after time."""
+        with self._dataset() as dataset:
+            position = dataset["position"]
+            names = [str(name) for name in position["individuals"].values]
+            times = position["time"].values
+            size = max(1, BLOCK_ROWS // max(1, len(names)))
+            for first in range(0, len(times), size):
+                part = position.isel(time=slice(first, first + size))
+                if "keypoints" in part.dims:
+                    part = part.mean("keypoints")
+                values = part.transpose("space", "time", "individuals").sel(
+                    space=["x", "y"]
+                )
+                x, y = values.to_numpy().reshape(2, -1)
+                some = times[first : first + size]
+                table = {
+                    "id": pa.array(names * len(some)),
+                    "t": pa.array(np.repeat(some, len(names))),
+                    "x": pa.array(x),
+                    "y": pa.array(y),
+                }
+                yield pa.table(table).select([*columns])
+
+    def _dataset(self) -> Any:
+        import xarray as xr
+
+        try:
+            dataset = xr.open_dataset(self.path)
+        except OSError as error:
+            raise ValueError(str(error)) from None
+        if "position" not in dataset:
+            dataset.close()
+            raise ValueError("the file has no variable position")
+        return dataset
+
+
+class ArraysFile(TrackFile):
+    """An .npz file with an array per column, as TRex writes one per individual.
+
+    An infinite value is a missing value.
+    """
+
+    def columns(self) -> list[str]:
+        """Return the names of the arrays that have the most frequent length."""
+        return [*self._arrays()]
+
+    def _pieces(self, columns: Sequence[str], _errors: RowErrors) -> Iterator[pa.Table]:
+        """Yield the rows."""
+        arrays = self._arrays()
+        length = len(arrays[columns[0]]) if columns else 0
+        for first in range(0, length, BLOCK_ROWS):
+            part = {}
+            for name in columns:
+                values = arrays[name][first : first + BLOCK_ROWS]
+                if values.dtype.kind == "f":
+                    values = np.where(np.isinf(values), np.nan, values)
+                part[name] = pa.array(values)
+            yield pa.table(part)
+
+    def _arrays(self) -> Mapping[str, Any]:
+        """Return the arrays of numbers or names. No pickled object is read."""
+        with np.load(self.path, allow_pickle=False) as file:
+            arrays = {}
+            for name in file.files:
+                array = file[name]
+                if array.ndim == 1 and array.dtype.kind in "fiuU":
+                    arrays[name] = array
+        lengths = [len(array) for array in arrays.values()]
+        usual = max(set(lengths), key=lengths.count, default=0)
+        return {name: array for name, array in arrays.items() if len(array) == usual}
+
+
+FORMATS: Mapping[str, type[TrackFile]] = {
+    ".csv": CsvFile,
+    ".parquet": ParquetFile,
+    ".nc": MovementFile,
+    ".npz": ArraysFile,
+}
+"""Formats by the ending of a file."""
