@@ -286,7 +286,10 @@ def _offers_of(code: OwnCode, file: str, model: str | None) -> Offered:
     name = PurePosixPath(file).stem
     offers = nothing()
     if file.endswith(RECORDING_SUFFIX):
-        offers.models[name] = as_model(code.sources.texts[file])
+        try:
+            offers.models[name] = as_model(code.sources.texts[file])
+        except ValueError as error:
+            raise CodeError(f"{file}: {error}") from None
         return offers
     check_name(file, "start", name)
     offers.starts[name] = read_places(file, code.sources.texts[file])

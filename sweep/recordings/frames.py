@@ -74,6 +74,10 @@ def open_frames(event: Event) -> Floats:
         path.unlink(missing_ok=True)
         _sha_of.cache_clear()
         raise StoreError(f"{path} was damaged, and is deleted; {REMEDY}")
+    shape = (event.steps + 1, 4, event.boids)
+    if frames.dtype != np.float64 or frames.shape != shape:
+        words = f'event "{event.name}" has other frames than the study says'
+        raise StoreError(f"{words}; {REMEDY}")
     return frames
 
 

@@ -8,6 +8,7 @@ import hashlib
 import json
 import logging
 import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict
@@ -18,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from kernels.identity import package_sha
-from kernels.model import Event, Model
+from kernels.model import WORKING, Event, Model
 from kernels.playback import recorded_model
 from sweep.errors import StoreError
 from sweep.recordings.files import TrackFile
@@ -32,11 +33,12 @@ from sweep.recordings.frames import (
 from sweep.recordings.row_errors import RowErrors
 from sweep.recordings.rows import check_columns, track_files
 from sweep.recordings.tracks import UNNAMED, Floats, Tracks
-from sweep.spec import RECORDING, Entry, RecordingSpec, read_section
+from sweep.spec import NAME, RECORDING, Entry, RecordingSpec, read_section
 from sweep.text import so_many
 
 LOG = logging.getLogger("sweep")
 KINDS = Event._fields.index("kinds")
+SHA = re.compile("[0-9a-f]{64}")
 LARGE = 100_000_000
 """Bytes of files whose reading takes several seconds."""
 SUFFIX = ".recording"
@@ -193,6 +195,27 @@ def _check_velocities(entry: Entry, spec: RecordingSpec) -> None:
         raise entry.error(f"{words}; write `velocities: given`")
 
 
+def _is_valid(event: Event, kinds: Sequence[str]) -> bool:
+    """Return whether an event can come from files: a stored text may be a stranger's.
+
+    The hash is part of a path, and kernels read as many values as there are boids.
+    """
+    numbers = (event.boids, event.steps, *event.kinds)
+    shares = (event.interpolated, event.absent)
+    return (
+        isinstance(event.name, str)
+        and isinstance(event.sha, str)
+        and SHA.fullmatch(event.sha) is not None
+        and all(type(number) is int and number >= 0 for number in numbers)
+        and all(isinstance(share, float) and 0.0 <= share <= 1.0 for share in shares)
+        and event.boids > 0
+        and event.steps > 0
+        and (len(event.kinds), sum(event.kinds) or event.boids)
+        == (len(kinds), event.boids)
+        and all(NAME.fullmatch(kind) and kind != WORKING for kind in kinds)
+    )
+
+
 @lru_cache(maxsize=64)
 def as_model(text: str) -> Model:
     """Return the model that plays a recording, from the text of the recording.
@@ -205,12 +228,15 @@ def as_model(text: str) -> Model:
             Event(*event)._replace(kinds=tuple(event[KINDS]))
             for event in facts["events"]
         )
+        kinds = tuple(map(str, facts["kinds"]))
+        if not events or not all(_is_valid(event, kinds) for event in events):
+            raise ValueError("the text of a recording lists events that are not valid")
         return recorded_model(
             RECORDING,
             source=str(facts["source"]),
             events=events,
             preset={name: facts[name] for name in ("dt", "width", "height")},
-            kinds=tuple(facts["kinds"]),
+            kinds=kinds,
             length=str(facts["length"]),
         )
     except (TypeError, KeyError, IndexError) as error:

@@ -6,7 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from sweep.errors import StoreError
 from sweep.own_code import load_spec
+from sweep.recordings import as_model, open_frames
 from sweep.recordings.frames import FRAMES, _sha_of, frames_folder
 from sweep.trial import run
 from tests.commands import sweep
@@ -144,3 +146,36 @@ def test_frames_that_are_gone_or_damaged_are_read_again(
     _sha_of.cache_clear()
     assert "was damaged, and is deleted" in run(jobs_of(study)[0]).error
     assert run(jobs_of(load_spec(lab / "spec.yaml"))[0]).status == "done"
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('"sha"', '"../../secret"'),
+        ('"steps"', "-1"),
+        ('"boids"', "1000000"),
+        ('"boids"', '"6"'),
+        ('"absent"', "NaN"),
+    ],
+)
+def test_facts_of_a_stranger_are_no_path_and_no_length(old: str, new: str) -> None:
+    values = {"sha": f'"{"0" * 64}"', "boids": "6", "steps": "20", "absent": "0.5"}
+
+    def text_of(event: str) -> str:
+        for name, value in values.items():
+            event = event.replace(f'"{name}"', value)
+        facts = '"source": "", "length": "m", "dt": 0.1, "width": 1, "height": 1'
+        return f'{{{facts}, "kinds": ["dog", "sheep"], "events": [{event}]}}'
+
+    event = '["drive", "sha", "boids", "steps", [1, 5], 0.0, "absent"]'
+    assert as_model(text_of(event)).events[0].boids == 6
+    with pytest.raises(ValueError, match="not valid"):
+        as_model(text_of(event.replace(old, new)))
+
+
+def test_frames_of_another_size_are_not_played(lab: Path) -> None:
+    """The kernel would read beyond the frames."""
+    study = load_spec(lab / "spec.yaml")
+    event = study.known.models[study.model].events[0]
+    with pytest.raises(StoreError, match="has other frames than the study says"):
+        open_frames(event._replace(steps=event.steps + 100))
