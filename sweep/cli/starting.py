@@ -53,7 +53,7 @@ def init(
     ] = None,
     force: Force = False,
 ) -> None:
-    """Create a spec from a built-in study, for a model or for a recording.
+    """Create a spec from a built-in study, model or recording.
 
     With --model, the spec is a small study that takes some seconds, and comments
     explain the keys. The study in a file NAME.yaml is my/NAME, so the results are
