@@ -103,6 +103,11 @@ CHAINED = (
     ' links: add the metrics under "record" of the spec, and launch the spec'
 )
 
+ABSENT = (
+    "individuals of the recording are absent in some frames: add the metrics under"
+    ' "record" of the spec, and launch the spec'
+)
+
 
 def measure(
     name: str,
@@ -154,6 +159,9 @@ def measure(
         study = StoredStudy(name, results, trust=trust)  # locked from now on
         if study.about.continued:
             raise ChoiceError(CHAINED, name)
+        model = study.known.models[study.provenance["model"]]
+        if any(event.absent > 0.0 for event in model.events):
+            raise ChoiceError(ABSENT, name)
         further = FurtherMetrics(study, requested)
         relisted = _relist(study)
         if not (further.names or relisted):

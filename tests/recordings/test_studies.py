@@ -112,6 +112,12 @@ def test_the_reference_of_the_data_is_cited_and_described(lab: Path) -> None:
     assert told(lab, "odd", "spec.yaml").splitlines()[0] == page.splitlines()[0]
 
 
+def test_metrics_of_absent_individuals_need_a_launch(lab: Path) -> None:
+    """A trajectory has no number for an absent individual."""
+    ended = sweep(lab, "measure", "lab/drives", "flock_count")
+    assert "individuals of the recording are absent in some frames" in ended.stderr
+
+
 def test_a_packed_study_has_its_tables_elsewhere(lab: Path, tmp_path: Path) -> None:
     told(lab, "pack", "lab/drives", "--to", str(tmp_path / "drives.zip"))
     told(tmp_path, "load", "drives.zip")
