@@ -142,6 +142,7 @@ def recorded_model(
     preset: Mapping[str, Any],
     kinds: tuple[str, ...],
     length: str,
+    time: str,
 ) -> Model:
     """Return the model of a recording.
 
@@ -160,6 +161,8 @@ def recorded_model(
         Kinds of individuals; () if the individuals are of one kind.
     length : str
         Unit of length.
+    time : str
+        Unit of time.
 
     Returns
     -------
@@ -187,7 +190,7 @@ def recorded_model(
         kinds=kinds,
         count_kinds=count_kinds if kinds else None,
         length=length,
-        time="s",
+        time=time,
         y_down=False,
         publishes=False,
         drives=False,

@@ -609,8 +609,8 @@ def _scene(settings: Mapping[str, Value]) -> Scene:
 def _ending(
     seed: int, replicate: int, literal: bool, events: Sequence[Event] = ()
 ) -> str:
-    if events:  # a recording has no random numbers, and its files may be reordered
-        return f"event {events[replicate].sha}"
+    if events:  # a recording has no random numbers
+        return f"event {replicate} {events[replicate].sha}"
     # The index of a listed seed is left out, so that the list may be reordered.
     return f"{seed} {'listed' if literal else f'replicate {replicate}'}"
 

@@ -19,7 +19,7 @@ HEAD = """\
 # `sweep launch {spec}`. `sweep guide recordings` explains all keys.
 """
 FRAMES_ONLY = "the file has numbers of frames: write the time between two frames"
-REGULAR = "median time between two rows of an individual"
+REGULAR = "mean time between two rows of an individual without gaps"
 GAPS = (
     "longest time between two rows that is interpolated; the longest in the first rows"
     " is {longest:g} s"
@@ -73,8 +73,10 @@ def _lines(name: str, file: str, target: Path, facts: Survey) -> Iterator[str]:
     )
     yield f"{_line('study', name)}\nrecording:\n"
     meanings = {key.name: key.text for key in keys_of(RecordingSpec)}
-    meanings["time_step"] += f": {FRAMES_ONLY if facts.time_step is None else REGULAR}"
+    meanings["time_step"] += f": {REGULAR}"
     meanings["gaps"] = GAPS.format(longest=facts.longest)
+    if facts.time_step is None:
+        yield f"  # time_step: {FRAMES_ONLY}\n"
     for key, value in _section(file, facts).items():
         yield f"  # {meanings[key]}\n  {_line(key, value)}\n"
     yield "# ranges of metrics, in the unit of length\n"
@@ -89,7 +91,7 @@ def _section(file: str, facts: Survey) -> dict[str, Any]:
         "files": [file],
         "columns": facts.columns,
         **delimiter,
-        "time_step": facts.time_step or 1,
+        **({"time_step": facts.time_step} if facts.time_step else {}),
         "length": RecordingSpec.length,
         "scale": 1,
         "gaps": 0 if facts.is_regular else 2 * (facts.time_step or 0.0),

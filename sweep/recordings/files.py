@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 import pyarrow as pa
@@ -21,6 +22,11 @@ import pyarrow.parquet as pq
 from sweep.recordings.row_errors import RowErrors
 from sweep.text import installing
 
+UNREADABLE = (
+    *(OSError, ValueError, TypeError, KeyError, EOFError),
+    *(NotImplementedError, OverflowError, BadZipFile),
+)
+"""Errors of a file that is damaged, or has content of another kind."""
 BLOCK_BYTES = 8 * 2**20
 """Bytes of a CSV file that are read at once."""
 BLOCK_ROWS = 100_000
@@ -58,7 +64,9 @@ class TrackFile(ABC):
         """Return the names of the columns. Raises ValueError for an unreadable file."""
 
     def pieces(self, columns: Sequence[str], errors: RowErrors) -> Iterator[pa.Table]:
-        """Return an iterator of the rows, in pieces; values of a CSV file are texts.
+        """Yield the rows, in pieces; all values of a CSV file are texts.
+
+        Notes an error in the file.
 
         Parameters
         ----------
@@ -67,11 +75,15 @@ class TrackFile(ABC):
         errors : RowErrors
             Receives rows of a CSV file with a wrong number of values.
 
-        Returns
-        -------
-        iterator of pyarrow.Table
+        Yields
+        ------
+        pyarrow.Table
         """
-        return self._pieces(columns, errors)
+        try:
+            yield from self._pieces(columns, errors)
+        except UNREADABLE as error:
+            words = f"cannot be read: {type(error).__name__}: {error}"
+            errors.note("an unreadable file", self.name, words)
 
     @abstractmethod
     def _pieces(self, columns: Sequence[str], errors: RowErrors) -> Iterator[pa.Table]:
@@ -167,7 +179,7 @@ class MovementFile(TrackFile):
             for first in range(0, len(times), size):
                 part = position.isel(time=slice(first, first + size))
                 if "keypoints" in part.dims:
-                    part = part.mean("keypoints")
+                    part = part.mean("keypoints", skipna=False)
                 values = part.transpose("space", "time", "individuals").sel(
                     space=["x", "y"]
                 )
@@ -219,7 +231,11 @@ class ArraysFile(TrackFile):
 
     def _arrays(self) -> Mapping[str, Any]:
         """Return the arrays of numbers or names. No pickled object is read."""
-        with np.load(self.path, allow_pickle=False) as file:
+        # numpy does not close a path that it cannot read.
+        with (
+            self.path.open("rb") as opened,
+            np.load(opened, allow_pickle=False) as file,
+        ):
             arrays = {}
             for name in file.files:
                 array = file[name]

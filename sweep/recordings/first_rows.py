@@ -28,8 +28,13 @@ USUAL: dict[str, tuple[str, ...]] = {
 }
 """Usual names of each column, in small letters."""
 NEEDED = ("individual", "x", "y")
-DIGITS = 6
+DIGITS = 12
 """Digits of a time step that is computed from times in a file."""
+NEAR_FRAME_RATE = 5e-4
+"""Largest relative difference from an integer number of frames per second.
+
+The rates of NTSC, such as 29.97, differ by 1e-3.
+"""
 
 
 class Survey(NamedTuple):
@@ -41,7 +46,7 @@ class Survey(NamedTuple):
         Names of the columns, by key of `columns`.
     delimiter : Delimiter
     time_step : float or None
-        Median time between two rows of an individual; None for numbers of frames.
+        Mean time between two rows without gaps; None for numbers of frames.
     longest : float
         Longest time between two rows of an individual.
     is_regular : bool
@@ -105,7 +110,7 @@ def survey(path: Path) -> Survey:
         passed = np.concatenate([*_passed(piece, columns, individuals, clock)])
         if not passed.size:
             raise SpecError(f"{path}: no individual has two rows")
-        time_step = float(f"{np.median(passed):.{DIGITS}g}")
+        time_step = _time_step(passed)
         longest = float(passed.max())
         steps = passed / time_step
         is_regular = bool((np.abs(steps - np.round(steps)) < 1e-3).all())
@@ -120,6 +125,20 @@ def survey(path: Path) -> Survey:
         width=float(np.nanmax(x) - np.nanmin(x)),
         height=float(np.nanmax(y) - np.nanmin(y)),
     )
+
+
+def _time_step(passed: NDArray[np.float64]) -> float:
+    """Return the mean time between rows without gaps.
+
+    Rounded times have a wrong median. A time near an integer number of frames per
+    second is that of the frame rate.
+    """
+    near = passed[passed < 1.5 * np.median(passed)]
+    mean = float(near.mean())
+    rate = round(1.0 / mean)
+    if rate and abs(mean * rate - 1.0) < NEAR_FRAME_RATE:
+        return float(f"{1.0 / rate:.{DIGITS}g}")
+    return float(f"{mean:.{DIGITS}g}")
 
 
 def _delimiter(path: Path) -> Delimiter:

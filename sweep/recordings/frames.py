@@ -5,9 +5,11 @@ the frames that a trial needs. The name of the file is the sha256 of the content
 """
 
 import hashlib
+import math
 import os
 import shutil
 import tempfile
+import time
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import cache
@@ -19,7 +21,17 @@ from numpy.typing import NDArray
 from kernels.model import Event
 from sweep.errors import StoreError
 from sweep.recordings.row_errors import RowErrors
-from sweep.recordings.tracks import TIME, VX, VY, Floats, TrackRows, Tracks, X, Y
+from sweep.recordings.tracks import (
+    TIME,
+    VX,
+    VY,
+    Floats,
+    TrackRows,
+    Tracks,
+    X,
+    Y,
+    reserve,
+)
 
 ON_TIME = 1e-3
 """Largest distance of a row from the time of a frame, in time steps.
@@ -29,6 +41,10 @@ thousandth of a step in this time.
 """
 LEAST_PRESENT = 0.01
 """Least share of positions that are measured; a smaller share is a wrong time step."""
+FEW = (
+    f"less than {100 * LEAST_PRESENT:g} % of the positions have a row; check the units"
+    " of time_step and times"
+)
 MOST_VALUES = 2 * 10**9
 """Largest number of positions of an event, which take 64 GB."""
 FRAMES_AT_ONCE = 4096
@@ -36,6 +52,8 @@ FRAMES_AT_ONCE = 4096
 MOST_KEPT = 20 * 10**9
 """Bytes of kept frames; the frames that no process has used for longest are deleted."""
 FRAMES = ".frames.npy"
+READING = "reading-"
+DAY = 86_400.0
 REMEDY = "launch the study again where its files are"
 Places = NDArray[np.int64]
 Shares = tuple[int, int]
@@ -102,8 +120,11 @@ def check_kept(events: Iterable[Event]) -> None:
 
 
 def are_kept(event: Event) -> bool:
-    """Return whether the frames of an event are on this machine."""
-    return (frames_folder() / f"{event.sha}{FRAMES}").is_file()
+    """Return whether the frames of an event are on this machine, and note the use."""
+    path = frames_folder() / f"{event.sha}{FRAMES}"
+    with suppress(OSError):
+        os.utime(path)
+    return path.is_file()
 
 
 def _not_kept(event: Event) -> StoreError:
@@ -116,7 +137,11 @@ def working_folder() -> Iterator[Path]:
     """Make an empty folder next to the kept frames, and delete it at the end."""
     parent = frames_folder()
     parent.mkdir(parents=True, exist_ok=True)
-    folder = Path(tempfile.mkdtemp(prefix="reading-", dir=parent))
+    for left in parent.glob(f"{READING}*"):  # of a process that was killed
+        with suppress(OSError):
+            if time.time() - left.stat().st_mtime > DAY:
+                shutil.rmtree(left)
+    folder = Path(tempfile.mkdtemp(prefix=READING, dir=parent))
     try:
         yield folder
     finally:
@@ -128,9 +153,11 @@ class EventFrames:
 
     Attributes
     ----------
-    frames : array of float, shape (F, 4, N)
-        Map of the file.
     path : Path
+    low, high : list of float
+        Least and largest x and y.
+    steps : int
+        Number of frames after the first.
     interpolated, present : int
         Numbers of positions.
     """
@@ -152,7 +179,8 @@ class EventFrames:
         begins = [np.nanmin(track.numbers[TIME]) for track in tracks]
         ends = [np.nanmax(track.numbers[TIME]) for track in tracks]
         self.begin = float(min(begins))
-        self.steps = round((float(max(ends)) - self.begin) / self._spec.time_step)
+        length = (float(max(ends)) - self.begin) / self._spec.time_step
+        self.steps = math.floor(length + ON_TIME)
         count = (self.steps + 1) * len(tracks)
         if self.steps < 1:
             words = "all rows have equal times; an event has at least two frames"
@@ -160,18 +188,21 @@ class EventFrames:
         elif count > MOST_VALUES:
             words = f"{self.steps + 1:,} frames; check the units of time_step and times"
             errors.note("too many frames", f'event "{self.name}"', words)
+        rows = sum(track.rows.size for track in tracks)
+        most = rows * (1.0 + self._spec.gaps / self._spec.time_step)
+        if not errors and most < LEAST_PRESENT * count:
+            errors.note("few positions", f'event "{self.name}"', FEW)
         if errors:
             return
         shape = (self.steps + 1, 4, len(tracks))
-        self.frames = np.lib.format.open_memmap(self.path, "w+", np.float64, shape)
+        frames = np.lib.format.open_memmap(self.path, "w+", np.float64, shape)
+        reserve(self.path)
         for boid, track in enumerate(tracks):
-            self.frames[:, :, boid] = self._frames_of(track)
+            frames[:, :, boid] = self._frames_of(track)
+        self.low = [float(np.fmin.reduce(frames[:, row], axis=None)) for row in (0, 1)]
+        self.high = [float(np.fmax.reduce(frames[:, row], axis=None)) for row in (0, 1)]
         if not errors and self.present < LEAST_PRESENT * count:
-            words = (
-                f"less than {100 * LEAST_PRESENT:g} % of the positions have a row;"
-                " check the units of time_step and times"
-            )
-            errors.note("few positions", f'event "{self.name}"', words)
+            errors.note("few positions", f'event "{self.name}"', FEW)
 
     def _frames_of(self, track: TrackRows) -> Floats:
         """Return x, y, vx and vy of a track in each frame, shape (F, 4)."""
@@ -226,11 +257,15 @@ class EventFrames:
                 self._errors.note(kind, place, f"{whose} {words}", count)
 
         passed = np.diff(times, prepend=-np.inf)
-        note(passed < -ON_TIME, "times out of order", "has an earlier time than before")
+        earlier = (
+            "has an earlier time than before; if a file has several events, name the"
+            " column of events under `event`"
+        )
+        note(passed < -ON_TIME, "times out of order", earlier)
         note(np.abs(passed) <= ON_TIME, "double rows", "has two rows with equal times")
         if self._spec.gaps == 0.0:
             words = (
-                f"is not at a multiple of time_step ({self._spec.time_step:g} s) after"
+                f"is not at a multiple of time_step ({self._spec.time_step:g}) after"
                 " the first row of the event; `gaps` allows interpolation"
             )
             beside = np.abs(times - np.round(times)) > ON_TIME
@@ -239,8 +274,9 @@ class EventFrames:
             way = np.hypot(*np.diff(values[[X, Y]], axis=1))
             speed = way / (np.diff(times) * self._spec.time_step)
             words = (
-                f"moves at {speed.max(initial=0.0):.4g} {self._spec.length}/s; the"
-                f" largest speed allowed is {self._spec.fastest:g}"
+                f"moves at {speed.max(initial=0.0):.4g}"
+                f" {self._spec.length}/{self._spec.time}; the largest speed allowed is"
+                f" {self._spec.fastest:g}"
             )
             fast = np.concatenate([[False], speed > self._spec.fastest])
             note(fast, "jumps", words)
@@ -272,14 +308,14 @@ class EventFrames:
         x, y : float
             The new origin, in the present coordinates.
         """
-        self.frames[:, 0] -= x
-        self.frames[:, 1] -= y
+        frames = np.load(self.path, mmap_mode="r+")
+        frames[:, 0] -= x
+        frames[:, 1] -= y
+        frames.flush()
 
     def keep(self) -> str:
         """Move the frames into the folder of the user; return their sha256."""
-        sha = _sha(self.frames)
-        self.frames.flush()
-        del self.frames
+        sha = _sha(np.load(self.path, mmap_mode="r"))
         self.path.replace(frames_folder() / f"{sha}{FRAMES}")
         return sha
 

@@ -16,8 +16,6 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from kernels.identity import package_sha
 from kernels.model import WORKING, Event, Model
 from kernels.playback import recorded_model
@@ -32,12 +30,14 @@ from sweep.recordings.frames import (
 )
 from sweep.recordings.row_errors import RowErrors
 from sweep.recordings.rows import check_columns, track_files
-from sweep.recordings.tracks import UNNAMED, Floats, Tracks
-from sweep.spec import NAME, RECORDING, Entry, RecordingSpec, read_section
+from sweep.recordings.tracks import UNNAMED, Tracks
+from sweep.spec import FILE, NAME, RECORDING, Entry, RecordingSpec, read_section
 from sweep.text import so_many
 
 LOG = logging.getLogger("sweep")
 KINDS = Event._fields.index("kinds")
+FAR = 10.0
+"""Distance from (0, 0), in extents of the positions, from which the corner moves."""
 SHA = re.compile("[0-9a-f]{64}")
 LARGE = 100_000_000
 """Bytes of files whose reading takes several seconds."""
@@ -119,13 +119,12 @@ def _read(entry: Entry, spec: RecordingSpec, files: list[TrackFile]) -> str:
             event = EventFrames(own, tracks, place, errors)
             if not errors:
                 every_event.append((event, tuple(track.kind for track in own)))
-                corner = event.frames[:, :2]
-                low = list(map(min, low, _least(corner)))
-                high = list(map(max, high, _largest(corner)))
+                low = list(map(min, low, event.low))
+                high = list(map(max, high, event.high))
         errors.check()
         if not every_event:
             raise entry.error("the files have no rows")
-        origin = _origin(spec, low)
+        origin = _origin(spec, low, high)
         size = [
             max(1.0, math.ceil(end - begin))
             for end, begin in zip(high, origin, strict=True)
@@ -137,6 +136,7 @@ def _read(entry: Entry, spec: RecordingSpec, files: list[TrackFile]) -> str:
         {
             "source": spec.source,
             "length": spec.length,
+            "time": spec.time,
             "dt": spec.time_step,
             "width": size[0],
             "height": size[1],
@@ -148,21 +148,20 @@ def _read(entry: Entry, spec: RecordingSpec, files: list[TrackFile]) -> str:
     )
 
 
-def _origin(spec: RecordingSpec, low: Sequence[float]) -> list[float]:
-    """Return the corner of the world, at or below the least x and y by default."""
+def _origin(
+    spec: RecordingSpec, low: Sequence[float], high: Sequence[float]
+) -> list[float]:
+    """Return the corner of the world.
+
+    By default the corner is (0, 0), or at or below the least x and y if positions are
+    negative, or far away, as in a geographic projection.
+    """
     if spec.origin is not None:
         return [spec.origin.x, spec.origin.y]
-    return [min(0.0, math.floor(value)) for value in low]
-
-
-def _least(corner: Floats) -> list[float]:
-    """Return the least x and y of frames (F, 2, N), without NaN."""
-    return [float(np.fmin.reduce(corner[:, axis], axis=None)) for axis in (0, 1)]
-
-
-def _largest(corner: Floats) -> list[float]:
-    """Return the largest x and y of frames (F, 2, N), without NaN."""
-    return [float(np.fmax.reduce(corner[:, axis], axis=None)) for axis in (0, 1)]
+    extent = max(end - begin for begin, end in zip(low, high, strict=True))
+    is_far = max(low) > FAR * extent
+    corner = [float(math.floor(value)) for value in low]
+    return corner if is_far else [min(0.0, value) for value in corner]
 
 
 def _kept(
@@ -170,7 +169,8 @@ def _kept(
 ) -> Event:
     if any(origin):
         event.moved(*origin)
-    frames, _, boids = event.frames.shape
+    frames = event.steps + 1
+    boids = len(own)
     return Event(
         name=event.name,
         sha=event.keep(),
@@ -185,6 +185,11 @@ def _kept(
 def _check_velocities(entry: Entry, spec: RecordingSpec) -> None:
     """Raise SpecError if columns of velocities are missing, or have no effect."""
     columns = spec.columns
+    for key in ("time", "frame", "x", "y", "vx", "vy", "kind"):
+        if getattr(columns, key) == FILE:
+            raise entry.error(
+                f"{FILE} is allowed for individual and event, not for {key}"
+            )
     named = [name for name in ("vx", "vy") if getattr(columns, name) is not None]
     if spec.velocities == "given" and len(named) < 2:
         raise entry.error("`velocities: given` needs the columns vx and vy")
@@ -238,6 +243,7 @@ def as_model(text: str) -> Model:
             preset={name: facts[name] for name in ("dt", "width", "height")},
             kinds=kinds,
             length=str(facts["length"]),
+            time=str(facts["time"]),
         )
-    except (TypeError, KeyError, IndexError) as error:
+    except (TypeError, KeyError, IndexError, RecursionError) as error:
         raise ValueError(f"the text of a recording is not valid: {error}") from None

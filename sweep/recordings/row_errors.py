@@ -26,6 +26,11 @@ class RowErrors:
     def __bool__(self) -> bool:
         return bool(self._counts)
 
+    @property
+    def count(self) -> int:
+        """Number of rows with a mistake so far."""
+        return sum(self._counts.values())
+
     def note(self, kind: str, place: str, words: str, count: int = 1) -> None:
         """Note a mistake.
 

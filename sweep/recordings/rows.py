@@ -2,7 +2,8 @@
 
 import os
 from collections.abc import Sequence
-from glob import glob
+from contextlib import suppress
+from glob import escape, glob
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
-from sweep.recordings.files import FORMATS, CsvFile, TrackFile
+from sweep.recordings.files import FORMATS, UNREADABLE, CsvFile, TrackFile
 from sweep.recordings.row_errors import RowErrors
 from sweep.spec import FILE, Delimiter, Entry, RecordingSpec
 from sweep.text import shortened, unknown
@@ -32,7 +33,12 @@ def track_files(entry: Entry, spec: RecordingSpec) -> list[TrackFile]:
     for index, pattern in enumerate(spec.files):
         item = entry.child("files").child(index)
         # Path.glob takes no absolute pattern.
-        every = sorted(glob(str(folder / pattern), recursive=True))  # noqa: PTH207
+        inside = (
+            pattern
+            if Path(pattern).is_absolute()
+            else f"{escape(str(folder))}/{pattern}"
+        )
+        every = sorted(glob(inside, recursive=True))  # noqa: PTH207
         matches = [Path(path) for path in every if Path(path).is_file()]
         if not matches:
             raise item.error(f'no file matches "{shortened(pattern)}" in {folder}')
@@ -59,7 +65,7 @@ def check_columns(entry: Entry, file: TrackFile, columns: Sequence[str]) -> None
     """
     try:
         present = file.columns()
-    except (OSError, ValueError) as error:
+    except UNREADABLE as error:
         raise entry.error(f"{file.name} cannot be read: {error}") from None
     for column in columns:
         if column == FILE:
@@ -155,11 +161,11 @@ def times(
     """
     column = piece[name]
     if pa.types.is_string(column.type):
-        try:
-            dates = pc.cast(pc.utf8_trim_whitespace(column), pa.timestamp("us"))
-            piece = pa.table({name: dates})
-        except pa.ArrowInvalid:
-            pass  # numbers, or a mistake that `numbers` reports
+        texts = pc.utf8_trim_whitespace(column)
+        for kind in (pa.timestamp("us"), pa.timestamp("us", "UTC")):
+            with suppress(pa.ArrowInvalid):  # numbers, or a mistake of `numbers`
+                piece = pa.table({name: pc.cast(texts, kind)})
+                break
     return numbers(piece, name, file, first, errors=errors)
 
 

@@ -5,6 +5,7 @@ So a first pass counts the rows of each track, and a second pass writes each row
 place of its track.
 """
 
+import os
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -31,6 +32,8 @@ ALL = "all"
 """Name of the only event, if each file is an individual."""
 UNNAMED = ""
 """Kind of all individuals of a recording without kinds."""
+MOST_DIGITS = 20
+"""Digits of a name from which on the name is a text."""
 MOST_NAMES = 2**31
 """Upper bound of the numbers of names."""
 
@@ -114,6 +117,13 @@ class Tracks:
             names += [name for name in (columns.vx, columns.vy) if name is not None]
         return names
 
+    def _name(self, file: TrackFile) -> str:
+        """Return the name of a file without its ending, with folders if necessary."""
+        alike = [other for other in self.files if other.path.stem == file.path.stem]
+        return (
+            file.path.stem if len(alike) == 1 else str(Path(file.name).with_suffix(""))
+        )
+
     def place(self, row: int) -> str:
         """Return the file and the row of a number of a row, in words."""
         file = int(np.searchsorted(self._ends, row, side="right"))
@@ -141,7 +151,7 @@ class Tracks:
         column = self.spec.columns.kind
         if column is None:
             return
-        kinds = texts(piece[column]).dictionary_encode()
+        kinds = pc.utf8_lower(texts(piece[column])).dictionary_encode()
         names = kinds.dictionary.to_pylist()
         pairs = np.unique(_pair(individuals, kinds.indices.to_numpy()))
         for individual, kind in (divmod(pair, MOST_NAMES) for pair in pairs.tolist()):
@@ -163,7 +173,8 @@ class Tracks:
                 self.errors.note("a missing name", place, words, len(rows))
         if self.spec.columns.kind is None:
             return
-        for kind in texts(piece[self.spec.columns.kind]).unique().to_pylist():
+        kinds = pc.utf8_lower(texts(piece[self.spec.columns.kind])).unique()
+        for kind in kinds.to_pylist():
             if kind and (kind == WORKING or not NAME.fullmatch(kind)):
                 words = (
                     f'a kind cannot be called "{shortened(kind)}"; allowed: lower-case'
@@ -175,7 +186,7 @@ class Tracks:
         """Return the number of the event and of the individual of each row."""
         columns = self.spec.columns
         rows = piece.num_rows
-        own = pa.array([file.path.stem])
+        own = pa.array([self._name(file)])
         is_individual = columns.individual == FILE
         if is_individual:
             individuals = np.repeat(self._individuals.of(own), rows)
@@ -197,6 +208,8 @@ class Tracks:
         shape = (VY + 1, max(total, 1))
         sorted_numbers = np.memmap(folder / "numbers", np.float64, "w+", shape=shape)
         sorted_rows = np.memmap(folder / "rows", np.int64, "w+", shape=shape[1:])
+        for name in ("numbers", "rows"):
+            reserve(folder / name)
         following = dict(zip(keys, firsts.tolist(), strict=False))
         row = 0
         for file in self.files:
@@ -230,11 +243,12 @@ class Tracks:
 
     def _numbers(self, file: TrackFile, piece: pa.Table, first: int) -> Floats:
         values = np.full((VY + 1, piece.num_rows), np.nan)
+        before = self.errors.count
         for row, name in enumerate(self._measured):
             read = times if row == TIME else numbers
             values[row] = read(piece, name, file, first, errors=self.errors)
         lacking = np.flatnonzero(np.isnan(values[TIME]))
-        if lacking.size:
+        if lacking.size and self.errors.count == before:
             place = file.place(first + int(lacking[0]))
             words = f"{self._measured[0]} is missing"
             self.errors.note("a missing time", place, words, len(lacking))
@@ -271,7 +285,17 @@ def _pair(first: Wholes, second: Wholes) -> Wholes:
     return first * MOST_NAMES + second
 
 
+def reserve(path: Path) -> None:
+    """Give a sparse file all its blocks, so that a full disk is an error at once.
+
+    Raises OSError if the disk is full. Later it would end the process.
+    """
+    if hasattr(os, "posix_fallocate"):
+        with path.open("r+b") as file:
+            os.posix_fallocate(file.fileno(), 0, path.stat().st_size)
+
+
 def _by_value(name: str) -> tuple[bool, int, str]:
     """Return a key that sorts numbers by value, and texts after numbers."""
-    is_number = name.isdecimal() and name.isascii()
+    is_number = name.isdecimal() and name.isascii() and len(name) < MOST_DIGITS
     return not is_number, int(name) if is_number else 0, name

@@ -21,7 +21,7 @@ from kernels.catalogue import Catalogue
 from kernels.model import Model
 from kernels.settings import COMMON, UPDATE, About
 from sweep.design import Design
-from sweep.errors import ChoiceError, CodeError
+from sweep.errors import ChoiceError, CodeError, StoreError
 from sweep.published import bibliography_of
 from sweep.sharing.citing import behind, program
 from sweep.spec import (
@@ -188,7 +188,7 @@ def of_stored(study: StoredStudy) -> StudyFacts:
     try:
         known = study.running(study.provenance)
         code = True
-    except CodeError:
+    except (CodeError, StoreError):  # frames of a recording may be elsewhere
         known = study.known
         code = False
     first = trials.iloc[0]
@@ -695,8 +695,8 @@ def _from_rows(page: _Page) -> None:
     spec = read_section(RecordingSpec, root.child(RECORDING))
     length = page.facts.model.length
     gaps = (
-        f"Positions are interpolated linearly between two rows at most {spec.gaps:g} s"
-        " apart."
+        "Positions are interpolated linearly between two rows at most"
+        f" {spec.gaps:g} {spec.time} apart."
         if spec.gaps
         else "No positions are interpolated."
     )
@@ -707,7 +707,7 @@ def _from_rows(page: _Page) -> None:
     }
     page.list(
         [
-            f"A frame follows the previous frame after {spec.time_step:g} s.",
+            f"A frame follows the previous frame after {spec.time_step:g} {spec.time}.",
             f"Lengths are in {length}: lengths in the files times {spec.scale:g}.",
             f"{gaps} Beyond a gap an individual is absent, and metrics leave it out.",
             f"{velocities[spec.velocities]} Nothing is smoothed.",

@@ -4,15 +4,17 @@ The section describes files with positions over time, from which each event beco
 trial. `sweep.recordings` reads the files.
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Literal, get_args
 
 from kernels.metrics import Metric
 from kernels.model import Model
+from kernels.playback import parameters_of
 from kernels.settings import Actuation, Breakdowns, Medium, Sensing, StartSettings
 from sweep.spec.contents import ListOf, Number, OneOf, Text
 from sweep.spec.document import Entry
+from sweep.spec.expressions import Expression
 from sweep.spec.keys import Key, SectionOf
 from sweep.spec.mistakes import Mistakes
 from sweep.spec.settings import TORUS
@@ -124,8 +126,8 @@ class RecordingSpec:
     time_step: Annotated[
         float,
         Key(
-            Number(above=0, unit="seconds"),
-            "time between two frames",
+            Number(above=0),
+            "time between two frames, in s or in the unit `time`",
             example="0.1",
         ),
     ]
@@ -141,6 +143,14 @@ class RecordingSpec:
     length: Annotated[
         str, Key(Text("a unit of length"), "unit of length of the study", example="cm")
     ] = "m"
+    time: Annotated[
+        str,
+        Key(
+            Text("a unit of time"),
+            "unit of time of the study, in which are `time_step`, `gaps` and all times",
+            example="step",
+        ),
+    ] = "s"
     scale: Annotated[
         float,
         Key(
@@ -162,7 +172,7 @@ class RecordingSpec:
     gaps: Annotated[
         float,
         Key(
-            Number(least=0, unit="seconds"),
+            Number(least=0),
             "longest time between two rows of an individual that is interpolated",
             otherwise="0, which interpolates nothing",
             example="0.5",
@@ -201,7 +211,11 @@ class RecordingSpec:
 
 
 def check_of_recording(
-    section: Entry, model: Model, set_here: Mapping[str, Collection[object]]
+    section: Entry,
+    model: Model,
+    set_here: Mapping[str, Collection[object]],
+    expressions: Iterable[Expression],
+    strategies: Iterable[str],
 ) -> None:
     """Raise SpecError for values of parameters that a recording cannot have.
 
@@ -215,6 +229,10 @@ def check_of_recording(
         Model of a recording.
     set_here : mapping
         Values of the parameters that have a value in the spec.
+    expressions : iterable of Expression
+        Expressions over points.
+    strategies : iterable of str
+        Keys of the sections that add trials or points.
     """
     measured = {"n", "steps", *model.params._fields}
     idle = {name for group in NO_EFFECT for name in group._fields}
@@ -227,6 +245,16 @@ def check_of_recording(
             if name in idle:
                 words = f'"{name}" has no effect on recorded individuals'
                 raise section.error(f"{words}; remove the key")
+    by_event = parameters_of(model.events[0], model.kinds)
+    for expression in expressions:
+        with mistakes.noted():
+            for name in sorted(expression.names & by_event.keys()):
+                words = f'"{name}" differs from event to event'
+                raise section.error(f'{words}; remove it from "{expression.text}"')
+    for key in strategies:
+        with mistakes.noted():
+            words = f'"{key}" adds trials, and each event of a recording is one trial'
+            raise section.error(f'{words}; remove "{key}"')
     with mistakes.noted():
         scheme = section.value.get("velocities", "central")
         if TORUS in set_here.get("borders", ()) and scheme != "given":
@@ -236,9 +264,16 @@ def check_of_recording(
 
 
 def check_measurable(
-    root: Entry, model: Model, *, heatmaps: bool, metrics: Mapping[str, Metric]
+    root: Entry,
+    model: Model,
+    *,
+    tables: Iterable[str],
+    metrics: Mapping[str, Metric],
+    set_here: Collection[str],
 ) -> None:
-    """Raise SpecError for data that need all individuals in each frame.
+    """Raise SpecError for data that need all individuals in each frame, or a range.
+
+    The usual ranges of metrics are those of models in pixels.
 
     Counts of visits, of events and of contacts, and sums over all steps, include each
     step. An individual without a position would count at its last position.
@@ -249,11 +284,24 @@ def check_measurable(
         The whole spec.
     model : Model
         Model of a recording.
-    heatmaps : bool
-        Whether the study records visits.
+    tables : iterable of str
+        Recorded tables that need all individuals.
     metrics : mapping of Metric
         Recorded metrics by name.
+    set_here : collection of str
+        Parameters with a value in the spec.
     """
+    mistakes = Mistakes()
+    for name, metric in metrics.items():
+        needed = (metric.within, "pixel" if metric.covers else "")
+        for parameter in needed:
+            with mistakes.noted():
+                if parameter and parameter not in set_here:
+                    words = f'metric "{name}" needs "{parameter}" under "fixed"'
+                    raise root.document.error(
+                        ("record",), f"{words}, in {model.length}"
+                    )
+    mistakes.check()
     absent = [event for event in model.events if event.absent > 0.0]
     if not absent:
         return
@@ -262,14 +310,13 @@ def check_measurable(
         f"positions are absent in {so_many(len(absent), 'event')}, such as"
         f' "{first.name}" ({100 * first.absent:.2g} %); `gaps` fills short gaps'
     )
-    mistakes = Mistakes()
     for name, metric in metrics.items():
         with mistakes.noted():
             if not metric.looks:
                 words = f'metric "{name}" needs each individual in each frame'
                 raise root.document.error(("record",), f"{words}; {why}")
-    with mistakes.noted():
-        if heatmaps:
-            words = "heatmaps need each individual in each frame"
-            raise root.document.error(("record", "heatmaps"), f"{words}; {why}")
+    for table in tables:
+        with mistakes.noted():
+            words = f"{table} need each individual in each frame"
+            raise root.document.error(("record", table), f"{words}; {why}")
     mistakes.check()

@@ -855,12 +855,23 @@ def _of_model(
         for axis in axes:
             set_here |= {key: each.tolist() for key, each in axis.columns.items()}
         if section := root.get(RECORDING):  # the spec of one trial has all parameters
-            mistakes.read(check_of_recording, section, model, set_here)
+            conditions = [axis.when for axis in axes if axis.when]
+            mistakes.read(
+                check_of_recording,
+                section,
+                model,
+                set_here,
+                expressions=[*conditions, *derive.values(), *(require or ())],
+                strategies=[key for key in section_values if sections()[key].strategy],
+            )
         mistakes.read(
             check_measurable,
             root,
             model,
-            heatmaps=record.heatmaps,
+            tables=[
+                table for table in ("heatmaps", LAST_FLOCKS) if getattr(record, table)
+            ],
+            set_here=set_here if section else settings,
             metrics={metric: known.metrics[metric] for metric in record.metrics},
         )
     mistakes.check()

@@ -67,7 +67,11 @@ def with_derived(
 
 
 def summaries(
-    values: Mapping[str, Floats], frames: NDArray[np.int64], steps: int
+    values: Mapping[str, Floats],
+    frames: NDArray[np.int64],
+    steps: int,
+    *,
+    defined: bool = False,
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Return the stored values of the metrics of a trial.
 
@@ -79,6 +83,9 @@ def summaries(
         Steps of the frames.
     steps : int
         Steps of the trial.
+    defined : bool, default False
+        Whether frames without a value are left out of a mean, as in a recording with
+        absent individuals.
 
     Returns
     -------
@@ -90,5 +97,12 @@ def summaries(
     late = 2 * frames > steps
     return (
         {name: float(value[-1]) for name, value in values.items()},
-        {name: float(value[late].mean()) for name, value in values.items()},
+        {name: _mean(value[late], defined) for name, value in values.items()},
     )
+
+
+def _mean(values: Floats, defined: bool) -> float:
+    is_defined = np.isfinite(values)
+    if defined and is_defined.any():
+        return float(values[is_defined].mean())
+    return float(values.mean())

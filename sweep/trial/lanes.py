@@ -221,7 +221,7 @@ def _kind(job: Job) -> Any:
     A trial runs alone in any of these cases:
 
     - The trial has a time limit, or stores its final state.
-    - The trial finds neighbours without a grid.
+    - The trial finds neighbours without a grid, or plays a recording.
     - Boids do not interact with all perceived neighbours, or are not ideal.
     """
     model = job.known.models[job.model]
@@ -229,7 +229,7 @@ def _kind(job: Job) -> Any:
     steps = int(job.settings["steps"])
     if job.time_limit is not None or job.record.last_states or steps == 0:
         return None
-    if job.all_pairs:
+    if job.all_pairs or model.events:
         return None
     if job.settings["neighbours"] != ALL_IN_SIGHT or flies_alone(job):
         return None

@@ -120,6 +120,8 @@ def refusal_of(job: Job) -> str:
         reasons.append("a time limit: a GPU cannot check the time")
     if job.record.last_states:
         reasons.append("last states of trials: a GPU does not store them")
+    if job.known.models[job.model].events:
+        reasons.append("a recording, which a GPU does not play")
     return "; ".join(reasons) or _refused(job)
 
 

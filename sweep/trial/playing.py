@@ -36,7 +36,8 @@ class Playback:
     Raises
     ------
     RuntimeError
-        If the recording has no such event, or the event another number of individuals.
+        If the recording has no such event, or if the event has another number of
+        individuals or fewer steps.
     StoreError
         If the frames are not on this machine.
     """
@@ -51,6 +52,9 @@ class Playback:
         if boids != event.boids:
             words = f'event "{event.name}" has {event.boids} individuals, not {boids}'
             raise RuntimeError(words)
+        if int(job.settings["steps"]) > event.steps:  # a kernel would read beyond
+            words = f'event "{event.name}" has {event.steps} steps'
+            raise RuntimeError(f"{words}, not {job.settings['steps']}")
         self._frames = open_frames(event)
         self._dt = float(job.settings["dt"])
         self._last = _known(np.zeros(self._frames.shape[1:]), self._frames[:1])[-1]

@@ -320,7 +320,14 @@ class Simulation:
         done = status == "done"
         values = measured(record, taken, self.job.settings)
         last, mean = (
-            summaries(values, taken.steps, self.schedule.steps) if done else ({}, {})
+            summaries(
+                values,
+                taken.steps,
+                self.schedule.steps,
+                defined=self.playback is not None and not self.playback.complete,
+            )
+            if done
+            else ({}, {})
         )
         job = self.job
         if job.begins is not None:  # nobody needs it any more

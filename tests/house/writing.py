@@ -107,6 +107,7 @@ OTHERWISE = {
     "sweep/recordings/frames.py mkdtemp": (
         "where frames are computed; nobody else may enter it"
     ),
+    "sweep/recordings/tracks.py open": "a file of that folder, which gets its blocks",
     "sweep/recordings/recording.py write_text": "into that folder",
     "sweep/store/lock.py touch": "our own, which gives a claim the time of now",
     "notebooks/execute.py TemporaryDirectory": (

@@ -97,6 +97,17 @@ def test_clocks_and_a_file_per_individual_are_read(tmp_path: Path) -> None:
     assert np.isnan(found[0, :, 1]).all()
     np.testing.assert_allclose(found[:, 0, 0], X[0])
     np.testing.assert_allclose(found[1:, 0, 1], X[1, 1:])
+    for zone in ("Z", "+02:00"):
+        folder = tmp_path / zone
+        folder.mkdir()
+        for name in NAMES:
+            file = f"{name}.csv"
+            text = (tmp_path / file).read_text(encoding="utf-8")
+            lines = [line.replace(",", f"{zone},", 1) for line in text.splitlines()]
+            lines[0] = "when,x,y"
+            (folder / file).write_text("\n".join(lines), encoding="utf-8")
+        zoned = frames_of(study_of_tracks(folder, section))
+        np.testing.assert_array_equal(zoned, found)
     parquet = tmp_path / "parquet"
     parquet.mkdir()
     for boid, name in enumerate(NAMES):
@@ -111,3 +122,22 @@ def test_the_guide_lists_all_formats() -> None:
     text = guide.read_text(encoding="utf-8")
     for ending in FORMATS:
         assert f"`{ending}`" in text
+
+
+def test_files_of_one_name_are_events_with_their_folders(tmp_path: Path) -> None:
+    for session in ("monday", "tuesday"):
+        (tmp_path / session).mkdir()
+        written(tmp_path / session, [("a", k / 10, k, 1) for k in range(3)])
+    study = study_of_tracks(tmp_path, {"files": ["*/tracks.csv"]})
+    names = [event.name for event in study.known.models[study.model].events]
+    assert names == ["monday/tracks", "tuesday/tracks"]
+
+
+@pytest.mark.parametrize("ending", FORMATS)
+@pytest.mark.parametrize("content", [b"", b"\x00\xff damaged", b"PK\x03\x04 cut"])
+def test_damaged_files_are_an_error(
+    ending: str, content: bytes, tmp_path: Path
+) -> None:
+    (tmp_path / f"tracks{ending}").write_bytes(content)
+    with pytest.raises(SpecError, match=r"tracks"):
+        study_of_tracks(tmp_path, {"files": ["*"]})

@@ -57,8 +57,15 @@ def test_irregular_times_and_other_delimiters_are_found(tmp_path: Path) -> None:
 def test_numbers_of_frames_leave_the_time_step_to_the_user(tmp_path: Path) -> None:
     file = written(tmp_path, ROWS, "frame,id,x,y")
     assert survey(file).time_step is None
-    text = begin_with_recording(file).path.read_text(encoding="utf-8")
-    assert "the file has numbers of frames: write the time between two frames" in text
+    with pytest.raises(SpecError, match='missing key "time_step"'):
+        load_spec(begin_with_recording(file).path)
+
+
+def test_rounded_times_of_a_camera_have_its_frame_rate(tmp_path: Path) -> None:
+    rows = [("a", round(k / 30, 2), k, 1) for k in range(300)]
+    facts = survey(written(tmp_path, rows))
+    assert facts.time_step == pytest.approx(1 / 30, rel=1e-11)
+    assert not facts.is_regular
 
 
 @pytest.mark.parametrize(

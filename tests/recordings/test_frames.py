@@ -75,6 +75,22 @@ def test_irregular_times_are_interpolated_linearly(tmp_path: Path) -> None:
     assert study.known.models[study.model].events[0].interpolated == 3 / 5
 
 
+def test_no_frame_is_after_the_last_row(tmp_path: Path) -> None:
+    times = [0.0, 0.1, 0.2, 0.28]
+    written(tmp_path, [("a", time, time, 1.0) for time in times])
+    frames = frames_of(study_of_tracks(tmp_path, {"gaps": 0.1}))
+    assert len(frames) == 3
+    assert np.isfinite(frames).all()
+
+
+def test_a_projection_far_from_its_origin_gets_a_corner(tmp_path: Path) -> None:
+    rows = [("a", k / 10, 500_000.5 + k, 6_200_000.0) for k in range(5)]
+    written(tmp_path, rows)
+    study = study_of_tracks(tmp_path)
+    np.testing.assert_allclose(frames_of(study)[:, 0, 0], 0.5 + np.arange(5))
+    assert study.preset_settings["width"] == 5.0
+
+
 @pytest.mark.parametrize("scheme", ["central", "backward"])
 def test_velocities_are_differences_of_the_stated_scheme(
     scheme: str, tmp_path: Path
@@ -121,7 +137,7 @@ def test_each_file_or_each_value_of_a_column_is_an_event(tmp_path: Path) -> None
 def test_kinds_come_in_order_and_are_counted(tmp_path: Path) -> None:
     rows = [
         (*row, kind)
-        for name, kind in (("1", "sheep"), ("2", "dog"), ("3", "sheep"))
+        for name, kind in (("1", "Sheep"), ("2", "dog"), ("3", "sheep"))
         for row in line(name, [0, 1])
     ]
     written(tmp_path, rows, "id,t,x,y,species")

@@ -43,7 +43,7 @@ CASES: dict[str, tuple[str, dict[str, Any], list[str]]] = {
     "times beside frames": (
         GOOD + "b,0.25,3,3\n",
         {},
-        ['line 6: individual "b" is not at a multiple of time_step (0.1 s)'],
+        ['line 6: individual "b" is not at a multiple of time_step (0.1)'],
     ),
     "a jump": (
         GOOD + "b,0.2,300,3\n",
@@ -68,7 +68,7 @@ CASES: dict[str, tuple[str, dict[str, Any], list[str]]] = {
     "a kind that no column can have": (
         "id,t,x,y,k\na,0,1,1,Big Sheep\na,0.1,1,1,Big Sheep\n",
         KINDS,
-        ['a kind cannot be called "Big Sheep"'],
+        ['a kind cannot be called "big sheep"'],
     ),
     "a kind that is taken": (
         "id,t,x,y,k\na,0,1,1,working\na,0.1,1,1,working\n",
@@ -123,6 +123,20 @@ KEYS: dict[str, tuple[dict[str, Any], str]] = {
         {"fixed": {"position_noise": 1}},
         '"position_noise" has no effect on recorded individuals',
     ),
+    "an expression over the number of individuals": (
+        {"derive": {"flock_range": "10 / n"}},
+        '"n" differs from event to event',
+    ),
+    "more trials than events": (
+        {
+            "search": {
+                "parameters": {"flock_range": {"uniform": [1, 2]}},
+                "objectives": {"speed": {"maximize": "mean"}},
+                "budget": 24,
+            }
+        },
+        '"search" adds trials, and each event of a recording is one trial',
+    ),
     "periodic borders": (
         {"fixed": {"borders": "torus"}},
         "differences of positions are no velocities at periodic borders",
@@ -144,6 +158,7 @@ def test_keys_that_a_recording_excludes(case: str, tmp_path: Path) -> None:
     [
         ({"metrics": ["coverage"]}, 'metric "coverage" needs each individual'),
         ({"heatmaps": True}, "heatmaps need each individual"),
+        ({"last_flocks": True}, "last_flocks need each individual"),
     ],
 )
 def test_counts_of_each_step_need_all_individuals(
@@ -152,5 +167,15 @@ def test_counts_of_each_step_need_all_individuals(
     gap = GOOD + "a,0.3,1,1\nb,0.2,2,2\nb,0.3,2,2\n"
     (tmp_path / "tracks.csv").write_text(gap, encoding="utf-8")
     with pytest.raises(SpecError, match=message):
+        study_of_tracks(tmp_path, record=record, fixed={"pixel": 1})
+    assert study_of_tracks(tmp_path, {"gaps": 0.2}, record=record, fixed={"pixel": 1})
+
+
+def test_a_metric_with_a_range_needs_its_value(tmp_path: Path) -> None:
+    """The usual value is one of models in pixels."""
+    (tmp_path / "tracks.csv").write_text(GOOD, encoding="utf-8")
+    record = {"metrics": ["flock_count"]}
+    with pytest.raises(SpecError, match='needs "flock_range" under "fixed", in m'):
         study_of_tracks(tmp_path, record=record)
-    assert study_of_tracks(tmp_path, {"gaps": 0.2}, record=record)
+    assert study_of_tracks(tmp_path, record=record, fixed={"flock_range": 1})
+    assert study_of_tracks(tmp_path, record=record, sweep={"flock_range": [1, 2]})

@@ -1,11 +1,13 @@
 """A study of a recording is a study: tables, comparisons, figures, replays, packs."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from sweep import load
 from sweep.errors import StoreError
 from sweep.own_code import load_spec
 from sweep.recordings import as_model, open_frames
@@ -170,7 +172,8 @@ def test_facts_of_a_stranger_are_no_path_and_no_length(old: str, new: str) -> No
     def text_of(event: str) -> str:
         for name, value in values.items():
             event = event.replace(f'"{name}"', value)
-        facts = '"source": "", "length": "m", "dt": 0.1, "width": 1, "height": 1'
+        facts = '"source": "", "length": "m", "time": "s", "dt": 0.1'
+        facts += ', "width": 1, "height": 1'
         return f'{{{facts}, "kinds": ["dog", "sheep"], "events": [{event}]}}'
 
     event = '["drive", "sha", "boids", "steps", [1, 5], 0.0, "absent"]'
@@ -185,3 +188,48 @@ def test_frames_of_another_size_are_not_played(lab: Path) -> None:
     event = study.known.models[study.model].events[0]
     with pytest.raises(StoreError, match="has other frames than the study says"):
         open_frames(event._replace(steps=event.steps + 100))
+
+
+def test_a_mean_leaves_out_frames_without_a_value(tmp_path: Path) -> None:
+    """All individuals are absent in one frame of the second half."""
+    rows = [
+        (animal, k / 2, k * (1 + animal), 0.0, 0, "sheep" if animal else "dog")
+        for k in range(9)
+        for animal in range(2)
+        if k != 6
+    ]
+    written(tmp_path, rows, "id,t,x,y,drive,species")
+    spec = SPEC.replace("gaps: 1", "gaps: 0.5")
+    spec = spec.replace("polarization, flock_radius, polarization_of_sheep", "speed")
+    spec = spec.replace("series: [polarization]", "series: [speed]")
+    (tmp_path / "spec.yaml").write_text(spec, encoding="utf-8")
+    result = run(jobs_of(load_spec(tmp_path / "spec.yaml"))[0])
+    assert np.isnan(result.series["speed"][6])
+    assert result.mean["speed"] == np.nanmean(result.series["speed"][5:])
+
+
+def test_more_steps_than_the_event_has_are_an_error(lab: Path) -> None:
+    """A kernel would read memory beyond the frames."""
+    job = jobs_of(load_spec(lab / "spec.yaml"))[0]
+    longer = replace(job, settings=job.settings | {"steps": 1000})
+    assert "has 19 steps, not 1000" in run(longer).error
+
+
+def test_a_new_event_that_sorts_first_pairs_no_others(
+    lab: Path, tmp_path: Path
+) -> None:
+    """Replicate k is event k, so the trials after it run again."""
+    rows = (lab / "tracks.csv").read_text(encoding="utf-8")
+    spec = SPEC.replace("fixed: {flock_range: 2}", "sweep: {flock_range: [1, 2]}")
+    spec = spec.replace("flock_radius, polarization_of_sheep", "flock_count")
+    (tmp_path / "spec.yaml").write_text(spec, encoding="utf-8")
+    (tmp_path / "tracks.csv").write_text(rows, encoding="utf-8")
+    sweep(tmp_path, "launch", "spec.yaml")
+    before = "".join(f"1,{k / 2},{k},{k},-1,sheep\n" for k in range(5))
+    header, _, rest = rows.partition("\n")
+    (tmp_path / "tracks.csv").write_text(f"{header}\n{before}{rest}", encoding="utf-8")
+    assert sweep(tmp_path, "launch", "spec.yaml").returncode == 0
+    trials = load("lab/drives", str(tmp_path / "results")).trials
+    assert not trials.duplicated(["point", "replicate"]).any()
+    steps = trials.groupby("replicate")["steps"].nunique()
+    assert steps.tolist() == [1, 1, 1, 1]

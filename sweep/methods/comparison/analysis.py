@@ -117,6 +117,17 @@ class Comparison:
         return int(self.rows["p"].notna().sum())
 
     @property
+    def other_units(self) -> dict[str, tuple[str, str]]:
+        """Units of side A and of side B by metric, where only the units differ."""
+        recorded = self.side_b.study.metrics
+        shared = [name for name in self.side_a.study.metrics if name in recorded]
+        units = {
+            name: (_unit(self.side_a, name), _unit(self.side_b, name))
+            for name in shared
+        }
+        return {name: pair for name, pair in units.items() if pair[0] != pair[1]}
+
+    @property
     def differ(self) -> dict[str, tuple[list[Any], list[Any]]]:
         """Values of side A and of side B by name, where the sides differ.
 

@@ -66,6 +66,9 @@ def heading(comparison: Comparison) -> Iterable[str]:
         for name, (values_a, values_b) in comparison.differ.items()
     ]
     yield f"A and B differ in {', '.join(differ) or 'no parameter'}"
+    if units := comparison.other_units:
+        metrics = [f"{name} ({a}; {b})" for name, (a, b) in units.items()]
+        yield f"not compared, as units differ: {', '.join(metrics)}"
     on = (
         f" of A matched on {', '.join(matching.names)}"
         if matching.names
