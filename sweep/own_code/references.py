@@ -21,7 +21,6 @@ from sweep.own_code.installed import Installed, installed_package
 from sweep.own_code.places import PLACES
 from sweep.own_code.sources import SUFFIX, gather
 from sweep.recordings import SUFFIX as RECORDING_SUFFIX
-from sweep.recordings import described
 from sweep.spec import RECORDING, Entry, Place, check_beside
 from sweep.text import unknown
 
@@ -184,6 +183,8 @@ def own_code(
     sources = gather(folder, [origin for origin in models if origin in files])
     for reference in named:
         if reference.is_recording:
+            from sweep.recordings import described  # workers read no tables
+
             sources = sources.also(RECORDED, described(reference.entry))
     return OwnCode(
         sources,

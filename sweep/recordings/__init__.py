@@ -5,8 +5,11 @@ files        formats of files, which are read piece by piece
 rows         the files and columns of a section, and values of columns
 tracks       the rows of each individual in each event, on disk
 frames       positions and velocities of all individuals at regular times
+
+facts        a recording as a text, and the model that plays the recording
+kept_frames  frames that are kept on this machine
 first_rows   the columns of a file, and how far apart its times are
-recording    from the section of a spec to the events and back
+recording    from the section of a spec to facts and frames
 """
 
 import lazy_loader

@@ -1,28 +1,21 @@
-"""From the section `recording` of a spec to a model with events, by way of a text.
-
-The text has all facts of a recording except the frames. The store keeps the text like
-the text of custom code, so that tables need no files.
-"""
+"""From the section `recording` of a spec to the facts and the kept frames."""
 
 import hashlib
 import json
 import logging
 import math
-import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import asdict
-from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 from kernels.identity import package_sha
-from kernels.model import WORKING, Event, Model
-from kernels.playback import recorded_model
+from kernels.model import Event
 from sweep.errors import StoreError
+from sweep.recordings.facts import SUFFIX, as_model
 from sweep.recordings.files import TrackFile
-from sweep.recordings.frames import (
-    EventFrames,
+from sweep.recordings.frames import EventFrames
+from sweep.recordings.kept_frames import (
     are_kept,
     forget_oldest,
     frames_folder,
@@ -31,18 +24,14 @@ from sweep.recordings.frames import (
 from sweep.recordings.row_errors import RowErrors
 from sweep.recordings.rows import check_columns, track_files
 from sweep.recordings.tracks import UNNAMED, Tracks
-from sweep.spec import FILE, NAME, RECORDING, Entry, RecordingSpec, read_section
+from sweep.spec import FILE, Entry, RecordingSpec, read_section
 from sweep.text import so_many
 
 LOG = logging.getLogger("sweep")
-KINDS = Event._fields.index("kinds")
 FAR = 10.0
 """Distance from (0, 0), in extents of the positions, from which the corner moves."""
-SHA = re.compile("[0-9a-f]{64}")
 LARGE = 100_000_000
 """Bytes of files whose reading takes several seconds."""
-SUFFIX = ".recording"
-"""Ending of the text in the list of the files of a study."""
 
 
 def described(entry: Entry) -> str:
@@ -198,52 +187,3 @@ def _check_velocities(entry: Entry, spec: RecordingSpec) -> None:
             f"the column {named[0]} has no effect with `velocities: {spec.velocities}`"
         )
         raise entry.error(f"{words}; write `velocities: given`")
-
-
-def _is_valid(event: Event, kinds: Sequence[str]) -> bool:
-    """Return whether an event can come from files: a stored text may be a stranger's.
-
-    The hash is part of a path, and kernels read as many values as there are boids.
-    """
-    numbers = (event.boids, event.steps, *event.kinds)
-    shares = (event.interpolated, event.absent)
-    return (
-        isinstance(event.name, str)
-        and isinstance(event.sha, str)
-        and SHA.fullmatch(event.sha) is not None
-        and all(type(number) is int and number >= 0 for number in numbers)
-        and all(isinstance(share, float) and 0.0 <= share <= 1.0 for share in shares)
-        and event.boids > 0
-        and event.steps > 0
-        and (len(event.kinds), sum(event.kinds) or event.boids)
-        == (len(kinds), event.boids)
-        and all(NAME.fullmatch(kind) and kind != WORKING for kind in kinds)
-    )
-
-
-@lru_cache(maxsize=64)
-def as_model(text: str) -> Model:
-    """Return the model that plays a recording, from the text of the recording.
-
-    Raises ValueError if the text is not valid.
-    """
-    try:
-        facts: Mapping[str, Any] = json.loads(text)
-        events = tuple(
-            Event(*event)._replace(kinds=tuple(event[KINDS]))
-            for event in facts["events"]
-        )
-        kinds = tuple(map(str, facts["kinds"]))
-        if not events or not all(_is_valid(event, kinds) for event in events):
-            raise ValueError("the text of a recording lists events that are not valid")
-        return recorded_model(
-            RECORDING,
-            source=str(facts["source"]),
-            events=events,
-            preset={name: facts[name] for name in ("dt", "width", "height")},
-            kinds=kinds,
-            length=str(facts["length"]),
-            time=str(facts["time"]),
-        )
-    except (TypeError, KeyError, IndexError, RecursionError) as error:
-        raise ValueError(f"the text of a recording is not valid: {error}") from None

@@ -104,7 +104,7 @@ OTHERWISE = {
     "sweep/spec/images.py FileIO": "reads",
     "kernels/caching.py touch": "an empty file, whose name says all",
     "kernels/caching.py write_bytes": "beside its place, then renamed",
-    "sweep/recordings/frames.py mkdtemp": (
+    "sweep/recordings/kept_frames.py mkdtemp": (
         "where frames are computed; nobody else may enter it"
     ),
     "sweep/recordings/tracks.py open": "a file of that folder, which gets its blocks",

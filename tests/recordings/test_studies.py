@@ -11,7 +11,7 @@ from sweep import load
 from sweep.errors import StoreError
 from sweep.own_code import load_spec
 from sweep.recordings import as_model, open_frames
-from sweep.recordings.frames import FRAMES, _sha_of, frames_folder
+from sweep.recordings.kept_frames import FRAMES, _sha_of, frames_folder
 from sweep.trial import run
 from tests.commands import sweep
 from tests.recordings.tracks import jobs_of, written
