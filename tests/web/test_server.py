@@ -379,6 +379,7 @@ def test_a_session_stands_still_while_nobody_looks_and_goes_on_afterwards(
         page.wait("frame")
         page.say("speed", steps_per_second=20)
         page.ask("run")
+        until(lambda: SHOWS[0].step > 0)  # or no run has begun that could stop
     until(lambda: server.rooms.players["one"].task is None)
     before = SHOWS[0].step
     time.sleep(0.2)
