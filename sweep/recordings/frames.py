@@ -36,7 +36,6 @@ FEW = (
 MOST_VALUES = 2 * 10**9
 """Largest number of positions of an event, which take 64 GB."""
 Places = NDArray[np.int64]
-Shares = tuple[int, int]
 
 
 class EventFrames:
@@ -71,7 +70,7 @@ class EventFrames:
         ends = [np.nanmax(track.numbers[TIME]) for track in tracks]
         self.begin = float(min(begins))
         length = (float(max(ends)) - self.begin) / self._spec.time_step
-        self.steps = math.floor(length + ON_TIME)
+        self.steps = math.floor(min(length + ON_TIME, MOST_VALUES))
         count = (self.steps + 1) * len(tracks)
         if self.steps < 1:
             words = "all rows have equal times; an event has at least two frames"
@@ -130,7 +129,7 @@ class EventFrames:
         self.present += int(np.count_nonzero(np.isfinite(frames[:, 0])))
         return frames
 
-    def _ends(self, times: Floats) -> Shares:
+    def _ends(self, times: Floats) -> tuple[int, int]:
         """Return the first and the last frame between the first and the last row."""
         first = int(np.ceil(times[0] - ON_TIME))
         return first, int(np.floor(times[-1] + ON_TIME))

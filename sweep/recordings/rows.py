@@ -161,10 +161,10 @@ def times(
     """
     column = piece[name]
     if pa.types.is_string(column.type):
-        texts = pc.utf8_trim_whitespace(column)
+        trimmed = pc.utf8_trim_whitespace(column)
         for kind in (pa.timestamp("us"), pa.timestamp("us", "UTC")):
             with suppress(pa.ArrowInvalid):  # numbers, or a mistake of `numbers`
-                piece = pa.table({name: pc.cast(texts, kind)})
+                piece = pa.table({name: pc.cast(trimmed, kind)})
                 break
     return numbers(piece, name, file, first, errors=errors)
 

@@ -7,7 +7,7 @@ place of its track.
 
 import os
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -211,18 +211,18 @@ class Tracks:
         for name in ("numbers", "rows"):
             reserve(folder / name)
         following = dict(zip(keys, firsts.tolist(), strict=False))
+        ends = dict(zip(keys, firsts[1:].tolist(), strict=True))
         row = 0
         for file in self.files:
             begin = row
             for piece in file.pieces(self.columns, self.errors):
                 values = self._numbers(file, piece, row - begin)
-                places = self._places(file, piece, following)
+                places = self._places(file, piece, following, ends)
                 sorted_numbers[:, places] = values
                 sorted_rows[places] = np.arange(row, row + piece.num_rows)
                 row += piece.num_rows
         own_rows = {
-            key: slice(end - self._counts[key], end)
-            for key, end in zip(keys, firsts[1:].tolist(), strict=True)
+            key: slice(end - self._counts[key], end) for key, end in ends.items()
         }
         by_event = defaultdict[int, list[tuple[int, int]]](list)
         for key in keys:
@@ -258,9 +258,17 @@ class Tracks:
         return values
 
     def _places(
-        self, file: TrackFile, piece: pa.Table, following: dict[tuple[int, int], int]
+        self,
+        file: TrackFile,
+        piece: pa.Table,
+        following: dict[tuple[int, int], int],
+        ends: Mapping[tuple[int, int], int],
     ) -> Wholes:
-        """Return the place of each row among the sorted rows, and note it as taken."""
+        """Return the place of each row among the sorted rows, and note it as taken.
+
+        `following` has the next free place of each track, and `ends` the end of the
+        places of the track. Raises SpecError for rows that the first pass has not seen.
+        """
         events, individuals = self._groups(file, piece)
         order = np.lexsort((individuals, events))
         changes = (np.diff(events[order]) != 0) | (np.diff(individuals[order]) != 0)
@@ -268,7 +276,11 @@ class Tracks:
         for own in np.split(order, np.flatnonzero(changes) + 1):
             if own.size:
                 key = (int(events[own[0]]), int(individuals[own[0]]))
-                begin = following[key]
+                begin = following.get(key, 0)
+                if begin + own.size > ends.get(key, 0):
+                    words = "changes while it is read; read a copy of the file"
+                    self.errors.note("a file that changes", file.name, words)
+                    self.errors.check()
                 places[own] = np.arange(begin, begin + own.size)
                 following[key] = begin + own.size
         return places

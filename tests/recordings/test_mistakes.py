@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from sweep.errors import SpecError
+from sweep.recordings.tracks import Tracks
 from tests.recordings.tracks import study_of_tracks
 
 GOOD = "id,t,x,y\na,0,1,1\na,0.1,1.1,1\nb,0,2,2\nb,0.1,2,2.1\n"
@@ -179,3 +180,27 @@ def test_a_metric_with_a_range_needs_its_value(tmp_path: Path) -> None:
         study_of_tracks(tmp_path, record=record)
     assert study_of_tracks(tmp_path, record=record, fixed={"flock_range": 1})
     assert study_of_tracks(tmp_path, record=record, sweep={"flock_range": [1, 2]})
+
+
+def test_a_file_that_grows_while_it_is_read_is_an_error(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """A new row has no place among the rows that were counted."""
+    file = tmp_path / "tracks.csv"
+    file.write_text(GOOD, encoding="utf-8")
+    count = Tracks.count
+
+    def then_grow(tracks: Tracks) -> None:
+        count(tracks)
+        file.write_text(f"{GOOD}b,0.2,3,3\n", encoding="utf-8")
+
+    monkeypatch.setattr(Tracks, "count", then_grow)
+    with pytest.raises(SpecError, match=r"tracks\.csv: changes while it is read"):
+        study_of_tracks(tmp_path)
+
+
+def test_times_beyond_all_numbers_are_an_error(tmp_path: Path) -> None:
+    rows = "id,t,x,y\na,-1e308,1,1\na,1e308,1,1\n"
+    (tmp_path / "tracks.csv").write_text(rows, encoding="utf-8")
+    with pytest.raises(SpecError, match="check the units of time_step and times"):
+        study_of_tracks(tmp_path)
