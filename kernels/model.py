@@ -4,7 +4,7 @@ A model declares its parameters, its presets, the perception range of its boids,
 kernel that advances a flock.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Literal, NamedTuple, get_args, get_type_hints
 
 import numpy as np
@@ -96,6 +96,12 @@ class Event(NamedTuple):
     kinds: tuple[int, ...]
     interpolated: float
     absent: float
+
+    @classmethod
+    def read(cls, fields: Sequence[Any]) -> "Event":
+        """Return the event of its fields, which JSON keeps as lists."""
+        event = cls(*fields)
+        return event._replace(kinds=tuple(event.kinds))
 
 
 class OccupancySettings(NamedTuple):

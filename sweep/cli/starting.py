@@ -47,8 +47,8 @@ def init(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Tracked individuals, .csv or .parquet: the first rows give columns"
-            " and time step.",
+            help="File of tracked individuals, such as tracks.csv: the first rows give"
+            " columns and time step.",
         ),
     ] = None,
     force: Force = False,

@@ -97,10 +97,7 @@ def _model(fields: dict[str, Any]) -> Model:
     # Later versions added more parameters that all models have.
     presets = fields["presets"].items()
     fields["presets"] = {name: COMMON | values for name, values in presets}
-    events = fields.get("events", ())
-    fields["events"] = tuple(
-        Event(*event)._replace(kinds=tuple(event[4])) for event in events
-    )
+    fields["events"] = tuple(map(Event.read, fields.get("events", ())))
     fields["vectors"] = tuple(map(tuple, fields.get("vectors", ())))
     state = {name: _about(value) for name, value in fields.pop("state").items()}
     model = Model(

@@ -16,7 +16,6 @@ from sweep.spec import NAME, RECORDING
 
 SUFFIX = ".recording"
 """Ending of the text in the list of the files of a study."""
-KINDS = Event._fields.index("kinds")
 SHA = re.compile("[0-9a-f]{64}")
 
 
@@ -49,10 +48,7 @@ def as_model(text: str) -> Model:
     """
     try:
         facts: Mapping[str, Any] = json.loads(text)
-        events = tuple(
-            Event(*event)._replace(kinds=tuple(event[KINDS]))
-            for event in facts["events"]
-        )
+        events = tuple(map(Event.read, facts["events"]))
         kinds = tuple(map(str, facts["kinds"]))
         if not events or not all(_is_valid(event, kinds) for event in events):
             raise ValueError("the text of a recording lists events that are not valid")

@@ -13,7 +13,7 @@ from kernels.model import Model
 from kernels.playback import parameters_of
 from kernels.settings import Actuation, Breakdowns, Medium, Sensing, StartSettings
 from sweep.spec.contents import ListOf, Number, OneOf, Text
-from sweep.spec.document import Entry
+from sweep.spec.document import Entry, Place
 from sweep.spec.expressions import Expression
 from sweep.spec.keys import Key, SectionOf
 from sweep.spec.mistakes import Mistakes
@@ -164,8 +164,7 @@ class RecordingSpec:
         Key(
             SectionOf(WorldCorner),
             "lower left corner of the world; positions are measured from the corner",
-            otherwise="(0, 0), or a corner below the least positions if they are"
-            " negative",
+            otherwise="(0, 0), or the least positions if they are negative or far away",
             example="{x: -2, y: 0}",
         ),
     ] = None
@@ -214,7 +213,8 @@ def check_of_recording(
     section: Entry,
     model: Model,
     set_here: Mapping[str, Collection[object]],
-    expressions: Iterable[Expression],
+    places: Mapping[str, Place],
+    expressions: Mapping[Place, Expression],
     strategies: Iterable[str],
 ) -> None:
     """Raise SpecError for values of parameters that a recording cannot have.
@@ -229,8 +229,10 @@ def check_of_recording(
         Model of a recording.
     set_here : mapping
         Values of the parameters that have a value in the spec.
-    expressions : iterable of Expression
-        Expressions over points.
+    places : mapping
+        Places of these values in the spec.
+    expressions : mapping
+        Expressions over points, by place in the spec.
     strategies : iterable of str
         Keys of the sections that add trials or points.
     """
@@ -241,25 +243,28 @@ def check_of_recording(
         with mistakes.noted():
             if name in measured:
                 words = f'the recording gives the value of "{name}"; remove the key'
-                raise section.error(words)
+                raise section.document.error(places[name], words)
             if name in idle:
                 words = f'"{name}" has no effect on recorded individuals'
-                raise section.error(f"{words}; remove the key")
+                words += "; remove the key"
+                raise section.document.error(places[name], words)
     by_event = parameters_of(model.events[0], model.kinds)
-    for expression in expressions:
+    for place, expression in expressions.items():
         with mistakes.noted():
             for name in sorted(expression.names & by_event.keys()):
                 words = f'"{name}" differs from event to event'
-                raise section.error(f'{words}; remove it from "{expression.text}"')
+                words += f'; remove it from "{expression.text}"'
+                raise section.document.error(place, words)
     for key in strategies:
         with mistakes.noted():
             words = f'"{key}" adds trials, and each event of a recording is one trial'
-            raise section.error(f'{words}; remove "{key}"')
+            raise section.document.error((key,), f'{words}; remove "{key}"')
     with mistakes.noted():
         scheme = section.value.get("velocities", "central")
         if TORUS in set_here.get("borders", ()) and scheme != "given":
             words = "differences of positions are no velocities at periodic borders"
-            raise section.error(f"{words}; use `velocities: given`")
+            words += "; use `velocities: given`"
+            raise section.document.error(places["borders"], words)
     mistakes.check()
 
 

@@ -852,16 +852,26 @@ def _of_model(
     if (model := known.models[name]).events and record:
         set_here: dict[str, list[Value]] = {key: [fixed[key]] for key in fixed}
         set_here |= {key: [] for key in derive}
+        places: dict[str, Place] = {key: ("fixed", key) for key in fixed}
+        places |= {key: ("derive", key) for key in derive}
         for axis in axes:
             set_here |= {key: each.tolist() for key, each in axis.columns.items()}
+            places |= dict.fromkeys(axis.columns, axis.place)
         if section := root.get(RECORDING):  # the spec of one trial has all parameters
-            conditions = [axis.when for axis in axes if axis.when]
+            expressions: dict[Place, Expression] = {
+                axis.place: axis.when for axis in axes if axis.when
+            }
+            expressions |= {("derive", key): derive[key] for key in derive}
+            expressions |= {
+                ("require", index): each for index, each in enumerate(require or ())
+            }
             mistakes.read(
                 check_of_recording,
                 section,
                 model,
                 set_here,
-                expressions=[*conditions, *derive.values(), *(require or ())],
+                places=places,
+                expressions=expressions,
                 strategies=[key for key in section_values if sections()[key].strategy],
             )
         mistakes.read(

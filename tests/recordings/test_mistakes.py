@@ -150,8 +150,9 @@ KEYS: dict[str, tuple[dict[str, Any], str]] = {
 def test_keys_that_a_recording_excludes(case: str, tmp_path: Path) -> None:
     keys, message = KEYS[case]
     (tmp_path / "tracks.csv").write_text(GOOD, encoding="utf-8")
-    with pytest.raises(SpecError, match=message):
+    with pytest.raises(SpecError, match=message) as raised:
         study_of_tracks(tmp_path, **keys)
+    assert raised.value.line > 4  # below the section of the recording
 
 
 @pytest.mark.parametrize(
