@@ -158,7 +158,8 @@ def metrics_page() -> str:
     return (
         "# Metrics\n\nA metric is one number for each recorded frame of a trial. Tables"
         " have the value at the last frame, in the column of the metric's name, and"
-        " the mean over the second half of the trial, in `<name>_mean`. `length` and"
+        " the mean over the second half of the trial, or over an event of a recording,"
+        " in `<name>_mean`. `length` and"
         " `time` are the units of the model: px and step, or m and s. The distribution"
         " of the values from trial to trial selects [the confidence interval of the"
         " mean](../explanations/intervals.md). `sweep metrics` prints this list.\n\n"

@@ -610,7 +610,7 @@ def _ending(
     seed: int, replicate: int, literal: bool, events: Sequence[Event] = ()
 ) -> str:
     if events:  # a recording has no random numbers
-        return f"event {replicate} {events[replicate].sha}"
+        return f"event {replicate} {events[replicate].sha}, means over all frames"
     # The index of a listed seed is left out, so that the list may be reordered.
     return f"{seed} {'listed' if literal else f'replicate {replicate}'}"
 

@@ -8,6 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
+from kernels.model import Model
 from kernels.robots.abilities import to_declare
 from kernels.settings import COMMON
 from sweep.design.cost import KNOWN_PACE, TrialPace, study_cost
@@ -128,6 +129,10 @@ class Plan:
         Number of trials that resume from stored last states.
     steps_saved : int
         Sum of the steps of these last states.
+    recording : str
+        Events, individuals and frames of a recording, in words; "" for a model.
+    positions : str
+        Extent of the world of a recording, and shares of positions, in words.
     """
 
     study: str
@@ -153,6 +158,8 @@ class Plan:
     last_state_bytes: float = 0.0
     continued: int = 0
     steps_saved: int = 0
+    recording: str = ""
+    positions: str = ""
 
     def as_json(self) -> str:
         """Return the plan as a JSON object."""
@@ -175,7 +182,11 @@ class Plan:
         at_first = "at first " if self.rule and self.rule.adds_points else ""
         lines = [
             f"study      {self.study}",
-            f"model      {self.model}, preset {self.preset}",
+            *(
+                [f"recording  {self.recording}", f"positions  {self.positions}"]
+                if self.recording
+                else [f"model      {self.model}, preset {self.preset}"]
+            ),
             *([f"runs code  {', '.join(self.code)}"] if self.code else []),
             f"points     {at_first}{self.points:,}"
             + (f" over {', '.join(self.varied)}" if self.varied else ""),
@@ -237,6 +248,8 @@ def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:
     """
     design = expand(study)
     cost = study_cost(study, design, pace)
+    model = study.known.models[study.model]
+    recording, positions = _events_in_words(model) if model.events else ("", "")
     notes = [note for axis in study.axes for note in axis.notes]
     return Plan(
         study=study.name,
@@ -260,6 +273,31 @@ def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:
         rule=study.rule,
         on_error=study.policy.in_words(study.most_trials(design.n_points)),
         probe_steps=pace.steps,
+        recording=recording,
+        positions=positions,
+    )
+
+
+def _events_in_words(model: Model) -> tuple[str, str]:
+    """Return the extent of a recording, and of its positions, in words."""
+    events = model.events
+    (usual,) = model.presets.values()
+    fewest = min(event.boids for event in events)
+    most = max(event.boids for event in events)
+    boids = so_many(most, "individual")
+    if fewest < most:
+        boids = f"{fewest:,} to {boids}"
+    frames = np.array([event.steps + 1 for event in events])
+    positions = frames * [event.boids for event in events]
+    interpolated, absent = (
+        np.average([getattr(event, share) for event in events], weights=positions)
+        for share in ("interpolated", "absent")
+    )
+    return (
+        f"{so_many(len(events), 'event')} of {boids},"
+        f" {so_many(int(frames.sum()), 'frame')} of {usual['dt']:g} {model.time}",
+        f"within {usual['width']:g} x {usual['height']:g} {model.length};"
+        f" {100 * interpolated:.2g} % interpolated, {100 * absent:.2g} % absent",
     )
 
 

@@ -139,7 +139,7 @@ def figure_data(
             "unit": study.units.get(column.metric, ""),
         },
         "label": quantity(study, name),
-        "says": "mean over the second half" if column.half else "at the last frame",
+        "says": f"mean over {study.averaged}" if column.half else "at the last frame",
         "note": note,
         "x": _axis(selection, form.x),
         "y": _axis(selection, form.y),

@@ -465,7 +465,7 @@ def quantity(study: Results, name: str) -> str:
     study : Results
     name : str
         A metric, a parameter, or a column `<metric>_mean`. Such a column is the mean of
-        a metric over the second half of a trial.
+        a metric over the second half of a trial, or over an event of a recording.
 
     Returns
     -------
@@ -481,7 +481,8 @@ def quantity(study: Results, name: str) -> str:
     'speed, second half (px/step)'
     """
     column = Column.read(name)
-    half = ", second half" if column.half and column.metric in study.metrics else ""
+    averaged = column.half and column.metric in study.metrics
+    half = f", {study.averaged.removeprefix('the ')}" if averaged else ""
     unit = study.units.get(name, "").replace("^2", "²")
     return (
         (column.metric if half else name).replace("_", " ")

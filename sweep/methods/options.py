@@ -24,7 +24,8 @@ class Together(StrEnum):
 OverOption = Annotated[
     Over,
     typer.Option(
-        help="Value of a metric: last frame, or mean over the second half of a trial."
+        help="Value of a metric: last frame, or mean over the second half of a trial"
+        " (over all frames of an event of a recording)."
     ),
 ]
 Metrics = Annotated[

@@ -32,6 +32,7 @@ from sweep.spec import (
     Streams,
     Study,
     Value,
+    averaged_frames,
     keys_of,
     parse,
     parse_document,
@@ -609,7 +610,7 @@ def _observation(page: _Page) -> None:
     page.table(("metric", "unit", "meaning", "source"), rows)
     page.say(
         f"Metrics are computed at step 0 and {_frames(facts)}. Each trial gives the"
-        " value at the last step, and the mean over the second half of the trial."
+        f" value at the last step, and the mean over {averaged_frames(facts.model)}."
     )
 
 

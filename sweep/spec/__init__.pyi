@@ -83,6 +83,7 @@ from .recorded import ANY_METRIC as ANY_METRIC
 from .recorded import Column as Column
 from .recorded import KnownMetrics as KnownMetrics
 from .recorded import Over as Over
+from .recorded import averaged_frames as averaged_frames
 from .recorded import check_recorded as check_recorded
 from .recorded import column_over as column_over
 from .recorded import columns_of as columns_of

@@ -34,7 +34,7 @@ TAKEN = (
     *("preset", "every", "status", "error", "replay", "last_step", "seconds"),
     *("frame", "x", "y", "vx", "vy", "boid", "rows", "columns", "visits", "row"),
     *("column", "index", "run", "phase", "candidate", "batch", "block", "scenario"),
-    *("detail", "view", "not_done"),
+    *("detail", "view", "not_done", "event"),
 )
 """Further columns of tables."""
 

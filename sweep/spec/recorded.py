@@ -42,8 +42,19 @@ def columns_of(metrics: Iterable[str]) -> list[str]:
     return [str(Column(name, half)) for name in metrics for half in (False, True)]
 
 
+def averaged_frames(model: Model) -> str:
+    """Return in words the frames of a trial that its means cover.
+
+    An event of a recording has no transient that a mean would have to leave out.
+    """
+    return "the whole event" if model.events else "the second half"
+
+
 Over = Literal["last", "half"]
-"""The last frame of a trial, or the mean over its second half."""
+"""The last frame of a trial, or the mean over its second half.
+
+The means of a recording are over all frames of the event.
+"""
 
 
 def is_half(over: str, half: bool = False) -> bool:

@@ -166,7 +166,7 @@ class RecordSpec:
         Key(
             METRIC_NAMES,
             "metrics of each trial: the value at the last frame, and the mean over the"
-            " second half",
+            " second half, or over an event of a recording",
             otherwise="the metrics of the model",
             example=f"[{ANY_METRIC}]",
         ),

@@ -62,6 +62,7 @@ from .regular import open_stored as open_stored
 from .regular import parsed as parsed
 from .regular import read_json as read_json
 from .regular import read_whole as read_whole
+from .rows import ABOUT_EVENT as ABOUT_EVENT
 from .rows import ABOUT_LINK as ABOUT_LINK
 from .rows import ABOUT_TRIAL as ABOUT_TRIAL
 from .rows import ARROW as ARROW

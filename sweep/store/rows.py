@@ -27,6 +27,7 @@ from sweep.spec import (
     Setting,
     Streams,
     Study,
+    averaged_frames,
     spelled,
 )
 from sweep.store.origin import PROVENANCE
@@ -94,6 +95,8 @@ ABOUT_LINK = (
     (PARENT, pa.string(), "", "trial whose last flock begins this trial"),
 )
 """Columns of studies with chains of trials."""
+ABOUT_EVENT = (("event", pa.string(), "", "event of the recording"),)
+"""Columns of recordings."""
 
 
 def trials_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
@@ -102,7 +105,9 @@ def trials_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
     Columns are the identity of the trial, every parameter by name, and every metric at
     the last frame and as `<metric>_mean`.
     """
+    model = study.known.models[study.model]
     columns = [_column(*fields) for fields in ABOUT_TRIAL]
+    columns += [_column(*fields) for fields in ABOUT_EVENT if model.events]
     columns += [_column(*fields) for fields in ABOUT_LINK if study.continued]
     columns += [_setting(setting) for setting in study.settings.values()]
     for name, (unit, text, derived) in _recorded(study).items():
@@ -115,7 +120,7 @@ def trials_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
                 derived=derived,
             )
         )
-        mean = f"{text}, mean over the frames of the second half"
+        mean = f"{text}, mean over {averaged_frames(model)}"
         columns.append(_column(str(Column(name, half=True)), pa.float64(), unit, mean))
     return pa.schema(columns, _metadata(provenance))
 
@@ -372,6 +377,7 @@ def flock_columns(job: Job, flock: LastFlock) -> dict[str, Floats]:
 def trial_row(study: str, result: Result) -> dict[str, Any]:
     """Return the row of a trial; metrics are null unless the trial is done."""
     job = result.job
+    events = job.known.models[job.model].events
     return {
         "trial_id": job.trial_id,
         "point": job.point,
@@ -387,6 +393,7 @@ def trial_row(study: str, result: Result) -> dict[str, Any]:
         "replay": f"sweep replay {study} {job.trial_id}",
         "last_step": result.step,
         "seconds": result.seconds,
+        **({"event": events[job.replicate].name} if events else {}),
         **({DIRECTION: job.direction} if job.direction else {}),
         **({PARENT: job.parent} if job.parent else {}),
         **job.settings,

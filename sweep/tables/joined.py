@@ -217,6 +217,11 @@ class JoinedStudies(Results):
         return highest
 
     @property
+    def averaged(self) -> str:
+        """The frames that means of a trial cover, of all studies."""
+        return " or ".join(dict.fromkeys(study.averaged for study in self.parts))
+
+    @property
     def looks(self) -> Looks | None:
         """The looks of the first study that has looks."""
         return next((study.looks for study in self.parts if study.looks), None)

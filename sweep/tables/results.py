@@ -85,6 +85,11 @@ class Results(ABC):
 
     @property
     @abstractmethod
+    def averaged(self) -> str:
+        """The frames that means of a trial cover: "the second half" unless recorded."""
+
+    @property
+    @abstractmethod
     def kept_apart(self) -> list[str]:
         """The columns whose values are never averaged or shown as one."""
 
@@ -208,7 +213,7 @@ class Results(ABC):
         column = Column.read(name)
         if column.half and column.metric in self.metrics:
             raise ChoiceError(
-                f'"{name}" is the mean of {column.metric} over the second half; use'
+                f'"{name}" is the mean of {column.metric} over {self.averaged}; use'
                 f' {column.metric} with over="half", in a command --over half',
                 self.name,
             )

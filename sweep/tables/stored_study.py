@@ -24,6 +24,7 @@ from sweep.spec import (
     STUDY_NAME,
     OwnMap,
     Setting,
+    averaged_frames,
     columns_of,
     declaration_of,
     declared,
@@ -1203,6 +1204,17 @@ class StoredStudy(Results):
         if self.restricted:
             return self.whole.units
         return self._units(self._table("trials").schema)
+
+    @property
+    def averaged(self) -> str:
+        """The frames of a trial that the columns `<metric>_mean` cover.
+
+        Examples
+        --------
+        >>> sweep.load("my/first").averaged
+        'the second half'
+        """
+        return averaged_frames(self.known.models[self.provenance["model"]])
 
     def _units(self, trials: pa.Schema) -> dict[str, str]:
         metadata = {

@@ -18,7 +18,15 @@ from kernels.settings import MOST_PIXELS
 from sweep.design import TRIAL_ID
 from sweep.errors import StoreError
 from sweep.spec import LAST_FLOCKS, settings_of
-from sweep.store import ABOUT_LINK, ABOUT_TRIAL, ARROW, FLIGHT, HEADINGS, Location
+from sweep.store import (
+    ABOUT_EVENT,
+    ABOUT_LINK,
+    ABOUT_TRIAL,
+    ARROW,
+    FLIGHT,
+    HEADINGS,
+    Location,
+)
 from sweep.text import shortened
 
 NAME = re.compile("[A-Za-z_][A-Za-z0-9_]*")
@@ -178,7 +186,8 @@ def _check_names(table: pa.Table) -> None:
 
 
 def _check_trials(table: pa.Table, known: Catalogue) -> None:
-    identity = {name: kind for name, kind, *_ in (*ABOUT_TRIAL, *ABOUT_LINK)}
+    about = (*ABOUT_TRIAL, *ABOUT_LINK, *ABOUT_EVENT)
+    identity = {name: kind for name, kind, *_ in about}
     _check_present(table, identity)
     models = pc.unique(table["model"]).to_pylist()
     if len(models) > 1 or models[0] not in known.models:

@@ -71,7 +71,7 @@ def summaries(
     frames: NDArray[np.int64],
     steps: int,
     *,
-    defined: bool = False,
+    recorded: bool = False,
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Return the stored values of the metrics of a trial.
 
@@ -83,26 +83,26 @@ def summaries(
         Steps of the frames.
     steps : int
         Steps of the trial.
-    defined : bool, default False
-        Whether frames without a value are left out of a mean, as in a recording with
-        absent individuals.
+    recorded : bool, default False
+        Whether the trial is an event of a recording. An event has no transient, so
+        means cover all frames. They leave out frames without a value.
 
     Returns
     -------
     last : dict of float
         Value at the last frame, by metric.
     mean : dict of float
-        Mean over the frames of the second half, by metric.
+        Mean over the frames of the second half, by metric; of an event, over all.
     """
-    late = 2 * frames > steps
+    averaged = (2 * frames > steps) | recorded
     return (
         {name: float(value[-1]) for name, value in values.items()},
-        {name: _mean(value[late], defined) for name, value in values.items()},
+        {name: _mean(value[averaged], recorded) for name, value in values.items()},
     )
 
 
-def _mean(values: Floats, defined: bool) -> float:
+def _mean(values: Floats, recorded: bool) -> float:
     is_defined = np.isfinite(values)
-    if defined and is_defined.any():
+    if recorded and is_defined.any():
         return float(values[is_defined].mean())
     return float(values.mean())

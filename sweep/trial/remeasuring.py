@@ -95,7 +95,7 @@ class Remeasured(NamedTuple):
     last : mapping of float
         Value at the last frame, by metric.
     mean : mapping of float
-        Mean over the second half of the trial, by metric.
+        Mean over the second half of the trial, or over an event, by metric.
     need : tuple of str
         Metrics that need more than a trajectory has.
     wrong : str
@@ -204,7 +204,12 @@ def _remeasured(flown: FlownTrial) -> Remeasured:
         known |= dict(zip(names, values, strict=True))
     every = with_derived(derived, known, job.settings)
     missing = {name: every[name] for name in flown.missing}
-    last, mean = summaries(missing, flown.steps, int(job.settings["steps"]))
+    last, mean = summaries(
+        missing,
+        flown.steps,
+        int(job.settings["steps"]),
+        recorded=bool(job.known.models[job.model].events),
+    )
     return Remeasured(job.trial_id, last, mean)
 
 

@@ -37,8 +37,8 @@ class Result:
     last : dict of float
         Each metric at the last frame; empty unless the trial is done.
     mean : dict of float
-        Mean of each metric over the frames of the second half; empty unless the trial
-        is done.
+        Mean of each metric over the frames of the second half, or of an event over all
+        frames; empty unless the trial is done.
     frames : array of int, shape (F,), optional
         Steps of the recorded frames.
     series : dict of arrays, shape (F,)

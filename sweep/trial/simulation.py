@@ -324,7 +324,7 @@ class Simulation:
                 values,
                 taken.steps,
                 self.schedule.steps,
-                defined=self.playback is not None and not self.playback.complete,
+                recorded=self.playback is not None,
             )
             if done
             else ({}, {})

@@ -9,6 +9,7 @@ import pytest
 
 from sweep import load
 from sweep.errors import StoreError
+from sweep.figures import quantity
 from sweep.own_code import load_spec
 from sweep.recordings import as_model, open_frames
 from sweep.recordings.kept_frames import FRAMES, _sha_of, frames_folder
@@ -191,7 +192,7 @@ def test_frames_of_another_size_are_not_played(lab: Path) -> None:
 
 
 def test_a_mean_leaves_out_frames_without_a_value(tmp_path: Path) -> None:
-    """All individuals are absent in one frame of the second half."""
+    """All individuals are absent in one frame, and a mean covers all frames."""
     rows = [
         (animal, k / 2, k * (1 + animal), 0.0, 0, "sheep" if animal else "dog")
         for k in range(9)
@@ -205,7 +206,36 @@ def test_a_mean_leaves_out_frames_without_a_value(tmp_path: Path) -> None:
     (tmp_path / "spec.yaml").write_text(spec, encoding="utf-8")
     result = run(jobs_of(load_spec(tmp_path / "spec.yaml"))[0])
     assert np.isnan(result.series["speed"][6])
-    assert result.mean["speed"] == np.nanmean(result.series["speed"][5:])
+    assert result.mean["speed"] == np.nanmean(result.series["speed"])
+
+
+def test_a_mean_covers_the_whole_event_and_says_so(lab: Path) -> None:
+    """A model has a transient, so a mean covers the second half of a trial."""
+    drives = load("lab/drives", lab / "results")
+    model = load("lab/model", lab / "results")
+    assert (drives.averaged, model.averaged) == ("the whole event", "the second half")
+    series = drives.series.groupby("trial_id")["polarization"].mean()
+    means = drives.trials.set_index("trial_id")["polarization_mean"]
+    pd.testing.assert_series_equal(
+        means, series[means.index], check_names=False, rtol=1e-14
+    )
+    columns = drives.columns.set_index("column")["text"]
+    assert columns["polarization_mean"].endswith(", mean over the whole event")
+    assert quantity(drives, "polarization_mean") == "polarization, whole event"
+
+
+def test_trials_have_the_names_of_their_events(lab: Path) -> None:
+    """The name is a column, and models have no such column."""
+    drives = load("lab/drives", lab / "results").trials
+    assert drives.set_index("replicate")["event"].sort_index().tolist() == list("012")
+    assert "event" not in load("lab/model", lab / "results").trials
+
+
+def test_a_plan_describes_the_recording(lab: Path) -> None:
+    """Wrong columns and units are seen before a launch."""
+    said = sweep(lab, "plan", "spec.yaml").stdout
+    assert "recording  3 events of 6 individuals, 63 frames of 0.5 s" in said
+    assert "0 % interpolated, 1.9 % absent" in said
 
 
 def test_more_steps_than_the_event_has_are_an_error(lab: Path) -> None:

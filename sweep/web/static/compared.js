@@ -198,7 +198,7 @@ export class ComparedView {
   offer({ metrics, corrections, facts }, choice) {
     const several = choice.metric.includes(" ") ? [choice.metric] : [];
     offer(this.metric.control, [["", "all"], ...[...metrics, ...several].map(named)]);
-    offer(this.half.control, [["", "the last frame"], ["yes", "the second half"]]);
+    offer(this.half.control, [["", "the last frame"], ["yes", "the mean over frames"]]);
     offer(this.together.control, corrections.map(named));
     this.metric.control.value = choice.metric || (metrics.length > 1 ? "" : metrics[0]);
     this.half.control.value = choice.half;

@@ -310,7 +310,7 @@ export class FigurePanel {
     this.half.element.hidden = !metrics.length;
     fill(this.half.select, [{ value: "", text: "the last frame" }, {
       value: "yes",
-      text: "the second half",
+      text: "the mean over frames",
     }], this.choice?.half ?? "");
     AXES.forEach((axis, i) => {
       const { element, select } = this.axes[i];
