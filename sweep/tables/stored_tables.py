@@ -186,8 +186,8 @@ def _check_names(table: pa.Table) -> None:
 
 
 def _check_trials(table: pa.Table, known: Catalogue) -> None:
-    about = (*ABOUT_TRIAL, *ABOUT_LINK, *ABOUT_EVENT)
-    identity = {name: kind for name, kind, *_ in about}
+    columns = (*ABOUT_TRIAL, *ABOUT_LINK, *ABOUT_EVENT)
+    identity = {name: kind for name, kind, *_ in columns}
     _check_present(table, identity)
     models = pc.unique(table["model"]).to_pylist()
     if len(models) > 1 or models[0] not in known.models:
