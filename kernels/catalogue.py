@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from kernels.metrics import METRICS, Metric
 from kernels.model import Model
 from kernels.models import MODELS
+from kernels.profiles import PROFILES, Profile
 from kernels.starts import STARTS, Start
 from kernels.worlds import MAPS, Map
 
@@ -26,6 +27,7 @@ class Catalogue:
     metrics: Mapping[str, Metric]
     maps: Mapping[str, Map]
     starts: Mapping[str, Start]
+    profiles: Mapping[str, Profile]
 
     @property
     def runs(self) -> tuple[str, ...]:
@@ -50,4 +52,4 @@ class Catalogue:
         return "BUILT_IN"
 
 
-BUILT_IN = Catalogue(MODELS, METRICS, MAPS, STARTS)
+BUILT_IN = Catalogue(MODELS, METRICS, MAPS, STARTS, PROFILES)

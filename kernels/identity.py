@@ -95,7 +95,7 @@ def code_of(
     models : iterable of sequence of str
         Names of models, each with a preset.
     metrics : iterable of str
-        Names of recorded metrics.
+        Names of recorded metrics and profiles.
     maps : iterable of str
         Names of maps.
     starts : iterable of str
@@ -112,9 +112,7 @@ def code_of(
             f"{name} {preset}": _model_stamp(known.models.get(name), preset)
             for name, preset in models
         },
-        metrics={
-            name: _metric_stamp(known.metrics.get(name)) for name in sorted(metrics)
-        },
+        metrics={name: _recorded_stamp(known, name) for name in sorted(metrics)},
         maps={name: _map_stamp(known.maps.get(name)) for name in sorted(maps)},
         starts={name: _start_stamp(known.starts.get(name)) for name in sorted(starts)},
     )
@@ -197,9 +195,15 @@ def _model_stamp(model: Model | None, preset: str) -> str:
     return _hash([functions, _shape(model.params), values, boids])
 
 
-def _metric_stamp(metric: Metric | None) -> str:
-    if metric is None:
-        return ""
+def _recorded_stamp(known: Catalogue, name: str) -> str:
+    """Return the stamp of a metric or of a profile; "" for an unknown name."""
+    if metric := known.metrics.get(name):
+        return _metric_stamp(metric)
+    profile = known.profiles.get(name)
+    return _hash([stamp(profile.measure), profile.part]) if profile else ""
+
+
+def _metric_stamp(metric: Metric) -> str:
     needs = metric.covers, metric.counts, metric.pairs
     more = metric.integrates, metric.follows, metric.part
     return _hash([stamp(metric.measure), needs, more])

@@ -30,6 +30,7 @@ NOT_FOLLOWED = (
     "kernels.caching.OURS",
     "kernels.metrics.METRICS",
     "kernels.models.MODELS",
+    "kernels.profiles.PROFILES",
     "kernels.starts.STARTS",
     "kernels.worlds.MAPS",
 )
@@ -53,9 +54,9 @@ unforeseeable ways.
 """
 
 
-ENTRIES = ("MODEL", "METRICS", "MAPS", "STARTS", "SAMPLERS", "FIGURES")
+ENTRIES = ("MODEL", "METRICS", "MAPS", "STARTS", "PROFILES", "SAMPLERS", "FIGURES")
 """Names of the tables of entries in a module."""
-KINDS = {"Model", "Metric", "Map", "Start", "Sampler", "FigureKind"}
+KINDS = {"Model", "Metric", "Map", "Start", "Profile", "Sampler", "FigureKind"}
 """Classes of these entries."""
 MODEL = "Model"
 DECLARED = {"publishes", "drives", "goals_in_turn", "shared"}

@@ -41,6 +41,7 @@ from .plan import size as size
 from .points import SIDES as SIDES
 from .recording import LATER as LATER
 from .recording import Recording as Recording
+from .recording import profile_content as profile_content
 from .robots import robots_at as robots_at
 from .trial_ids import BLOCK as BLOCK
 from .trial_ids import BYTES as BYTES

@@ -3,6 +3,7 @@
 from kernels.identity import Code, code_of
 from kernels.metrics import METRICS
 from kernels.models import MODELS
+from kernels.profiles import PROFILES
 from kernels.starts import STARTS
 from kernels.worlds import MAPS
 from sweep.spec import Study
@@ -17,7 +18,7 @@ def study_code(study: Study) -> Code:
     return code_of(
         study.known,
         [(study.model, study.preset)],
-        metrics=study.record.metrics,
+        metrics=(*study.record.metrics, *study.record.profile_names),
         maps=_values(study, "map") - study.maps.keys(),
         starts=_values(study, "start_draws"),
     )
@@ -31,6 +32,7 @@ def is_built_in(study: Study) -> bool:
     named = (
         (MODELS, {study.model}),
         (METRICS, set(study.record.metrics)),
+        (PROFILES, set(study.record.profile_names)),
         (MAPS, _values(study, "map") - study.maps.keys()),
         (STARTS, _values(study, "start_draws")),
     )

@@ -4,12 +4,12 @@ Trials that differ only in the recording are one simulation run. Values in the t
 recordings are bitwise identical.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, replace
 from typing import Any, NamedTuple
 
 from sweep.design.code import study_code
-from sweep.spec import LAST_FLOCKS, LAST_STATES, RecordSpec, Study
+from sweep.spec import LAST_FLOCKS, LAST_STATES, RecordedProfile, RecordSpec, Study
 
 LATER = (LAST_STATES, LAST_FLOCKS)
 """Keys of later versions; ids cover a key only if the value is true."""
@@ -46,8 +46,18 @@ class Recording(NamedTuple):
             and mine["heatmaps"] >= theirs["heatmaps"]
             and mine["trajectories"] >= theirs["trajectories"]
             and all(mine.get(key, False) >= theirs.get(key, False) for key in LATER)
+            and self._profiles(other) == theirs.get("profiles", {})
             and derived.items() >= theirs.get("derive", {}).items()
         )
+
+    def _profiles(self, other: "Recording") -> dict[str, Any]:
+        """Return the axes of the profiles in common, with equal code."""
+        mine: Mapping[str, Any] = self.content.get("profiles", {})
+        return {
+            name: mine[name]
+            for name in other.content.get("profiles", {})
+            if name in mine and self.stamps.get(name) == other.stamps.get(name)
+        }
 
     def shared(self, other: "Recording") -> list[str]:
         """Return the measured metrics in common, with equal code and frames."""
@@ -61,6 +71,11 @@ class Recording(NamedTuple):
         ]
 
 
+def profile_content(profiles: Iterable[RecordedProfile]) -> dict[str, Any]:
+    """Return the extent of the axis of each profile, by name, ready for JSON."""
+    return {recorded.name: [recorded.to, recorded.bins] for recorded in profiles}
+
+
 def recorded_content(record: RecordSpec) -> dict[str, Any]:
     """Return the content of `record` that ids cover.
 
@@ -71,9 +86,11 @@ def recorded_content(record: RecordSpec) -> dict[str, Any]:
         "series": sorted(record.series),
         "derive": {metric.name: metric.expression.text for metric in record.derive},
     }
+    content["profiles"] = profile_content(record.profiles)
     # Trials without keys of later versions keep the earlier ids.
-    if not record.derive:
-        del content["derive"]
+    for key in ("derive", "profiles"):
+        if not content[key]:
+            del content[key]
     for key in LATER:
         if not content[key]:
             del content[key]

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -13,9 +13,9 @@ from types import MappingProxyType
 from typing import Any, TypeVar
 
 from kernels.catalogue import BUILT_IN, Catalogue
-from kernels.metrics import Metric
 from kernels.metrics.parts import OF, of_part
 from kernels.model import Model, Sight
+from kernels.profiles import of_part as profile_of_part
 from kernels.registry import Registry
 from sweep.errors import CodeError
 from sweep.own_code.description import described, description
@@ -38,7 +38,7 @@ from sweep.spec import (
 from sweep.text import unknown
 
 T = TypeVar("T")
-CATALOGUED = ("models", "metrics", "maps", "starts")
+CATALOGUED = ("models", "metrics", "maps", "starts", "profiles")
 """The kinds of entries that compute trials, which a catalogue has."""
 REGISTRIES: dict[str, Registry[Any]] = {
     kind: getattr(BUILT_IN, kind) for kind in CATALOGUED
@@ -112,40 +112,46 @@ class _Joined(Mapping[str, T]):
         return len(self._ours) + len(self._own)
 
 
-class _JoinedMetrics(_Joined[Metric]):
-    """Built-in and custom metrics, also of parts of the boids of `models`."""
+class _JoinedParts(_Joined[T]):
+    """Built-in and custom metrics or profiles, also of parts of the boids of `models`.
+
+    `of_part` returns the entry of a part of the boids from a name, or None.
+    """
 
     def __init__(
         self,
-        ours: Mapping[str, Metric],
-        own: Mapping[str, Metric],
+        ours: Mapping[str, T],
+        own: Mapping[str, T],
         models: Mapping[str, Model],
+        of_part: Callable[[str, Mapping[str, T], Iterable[str]], T | None],
     ) -> None:
         super().__init__(ours, own)
         self._models = models
+        self._named = of_part
 
-    def __getitem__(self, name: str) -> Metric:
+    def __getitem__(self, name: str) -> T:
         return self._of_part(name) or super().__getitem__(name)
 
     def __contains__(self, name: object) -> bool:
         listed = super().__contains__(name)
         return listed or (isinstance(name, str) and self._of_part(name) is not None)
 
-    def _of_part(self, name: str) -> Metric | None:
-        """Return the metric of a part; None for a listed name, or an unknown one."""
+    def _of_part(self, name: str) -> T | None:
+        """Return the entry of a part; None for a listed name, or an unknown one."""
         if OF not in name or super().__contains__(name):
             return None
         kinds = (kind for model in self._models.values() for kind in model.kinds)
-        return of_part(name, _Joined(self._ours, self._own), kinds)
+        return self._named(name, _Joined(self._ours, self._own), kinds)
 
 
 def _joined(known: Catalogue, own: Offered) -> list[Any]:
     """Return the mappings of a catalogue with more entries."""
     models = _Joined(known.models, own.models)
-    metrics = _JoinedMetrics(known.metrics, own.metrics, models)
+    metrics = _JoinedParts(known.metrics, own.metrics, models, of_part)
     maps = _Joined(known.maps, own.maps)
     starts = _Joined(known.starts, own.starts)
-    return [models, metrics, maps, starts]
+    profiles = _JoinedParts(known.profiles, own.profiles, models, profile_of_part)
+    return [models, metrics, maps, starts, profiles]
 
 
 def completed(known: Catalogue, stored: Mapping[str, Any]) -> Catalogue:
@@ -324,6 +330,8 @@ def check_free(file: str, kind: str, name: str) -> None:
             f'{file}: the {kind[:-1]} "{name}" is {whose}: give the custom'
             f" {kind[:-1]} another name"
         )
+    if kind == "profiles" and name in REGISTRIES["metrics"]:
+        raise CodeError(f'{file}: there is a metric "{name}" already')
     if kind == "metrics" and name in COMMON:
         raise CodeError(f'{file}: there is a parameter "{name}" already')
 

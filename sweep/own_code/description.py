@@ -10,11 +10,18 @@ from typing import Annotated, Any, NamedTuple, NoReturn, get_args, get_type_hint
 
 from kernels.metrics import Metric
 from kernels.model import Event, Model, flaw
+from kernels.profiles import Profile
 from kernels.settings import COMMON, About, Demand
 from kernels.starts import GIVEN, Start
 from kernels.worlds import Map
 from sweep.errors import CodeError
-from sweep.own_code.entries import CHOICES, KINDS, Offered, wrong_range
+from sweep.own_code.entries import (
+    CHOICES,
+    KINDS,
+    Offered,
+    wrong_profile,
+    wrong_range,
+)
 
 KIND = {kind.__name__: kind for kind in KINDS}
 POTENTIAL = "pair_potential"
@@ -25,11 +32,13 @@ def description(own: Offered) -> dict[str, Any]:
 
     The description has no samplers, because the points of a study are stored.
     """
+    profiles = {name: _plain(profile) for name, profile in own.profiles.items()}
     return {
         "models": {name: _of_model(model) for name, model in own.models.items()},
         "metrics": {name: _plain(metric) for name, metric in own.metrics.items()},
         "maps": {name: _plain(entry) for name, entry in own.maps.items()},
         "starts": {name: _of_start(start) for name, start in own.starts.items()},
+        **({"profiles": profiles} if profiles else {}),
     }
 
 
@@ -75,6 +84,10 @@ def described(text: str) -> Offered:
             {name: _map(fields) for name, fields in stored["maps"].items()},
             {name: _start(fields) for name, fields in stored["starts"].items()},
             samplers={},  # points are stored
+            profiles={
+                name: _profile(fields)
+                for name, fields in stored.get("profiles", {}).items()
+            },
         )
     except (TypeError, KeyError, AttributeError, RecursionError) as error:
         raise ValueError(f"the description is not valid: {error}") from None
@@ -142,6 +155,13 @@ def _metric(fields: dict[str, Any]) -> Metric:
     if mistake := wrong_range(metric):
         raise ValueError(f"a metric {mistake}")
     return metric
+
+
+def _profile(fields: dict[str, Any]) -> Profile:
+    profile = Profile(_asleep, **fields)
+    if mistake := wrong_profile(profile):
+        raise ValueError(f"a profile {mistake}")
+    return profile
 
 
 def _map(fields: dict[str, Any]) -> Map:

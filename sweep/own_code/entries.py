@@ -1,8 +1,8 @@
 """The entries that a file of custom code offers: a model, and tables of other entries.
 
-The names of the tables are fixed: MODEL is a Model; METRICS, MAPS, STARTS and SAMPLERS
-are mappings from names to entries. This module checks every entry, so that a spec can
-rely on the entries.
+The names of the tables are fixed: MODEL is a Model; METRICS, MAPS, STARTS, PROFILES and
+SAMPLERS are mappings from names to entries. This module checks every entry, so that a
+spec can rely on the entries.
 """
 
 import keyword
@@ -22,6 +22,7 @@ from typing import (
 from kernels.identity import is_compiled, without_stamp
 from kernels.metrics import Better, Distribution, Metric, Range
 from kernels.model import Model, flaw
+from kernels.profiles import Axis, Profile
 from kernels.settings import UNITS, About
 from kernels.starts import Start
 from kernels.worlds import Map
@@ -44,11 +45,12 @@ class Offered(NamedTuple):
     maps: dict[str, Map]
     starts: dict[str, Start]
     samplers: dict[str, Sampler]
+    profiles: dict[str, Profile]
 
 
 def nothing() -> Offered:
     """Return an Offered without entries, to be filled."""
-    return Offered(models={}, metrics={}, maps={}, starts={}, samplers={})
+    return Offered(models={}, metrics={}, maps={}, starts={}, samplers={}, profiles={})
 
 
 def offered(module: ModuleType, file: str, model: str | None) -> Offered:
@@ -75,8 +77,12 @@ def offered(module: ModuleType, file: str, model: str | None) -> Offered:
         maps=table_of(module, file, "MAPS", Map),
         starts=table_of(module, file, "STARTS", Start),
         samplers=table_of(module, file, "SAMPLERS", Sampler),
+        profiles=table_of(module, file, "PROFILES", Profile),
     )
-    stamped = (offers.models, offers.metrics, offers.maps, offers.starts)
+    stamped = (
+        *(offers.models, offers.metrics, offers.maps, offers.starts),
+        offers.profiles,
+    )
     for name, entry in chain.from_iterable(table.items() for table in stamped):
         if fields := without_stamp(entry):
             raise CodeError(
@@ -89,6 +95,9 @@ def offered(module: ModuleType, file: str, model: str | None) -> Offered:
             raise CodeError(
                 f'{file}: sampler "{name}" has blocks: only built-in samplers may'
             )
+    for name, profile in offers.profiles.items():
+        if mistake := wrong_profile(profile):
+            raise CodeError(f'{file}: profile "{name}" {mistake}')
     for name, metric in offers.metrics.items():
         for field, choices in CHOICES.items():
             word = getattr(metric, field)
@@ -105,6 +114,16 @@ def offered(module: ModuleType, file: str, model: str | None) -> Offered:
                 f" {_listed(UNITS)}"
             )
     return offers
+
+
+def wrong_profile(profile: Profile) -> str:
+    """Return an error in the fields of a profile, or ""."""
+    axes = get_args(Axis)
+    if profile.axis not in axes:
+        return f'has the axis "{profile.axis}"; allowed: {_listed(axes)}'
+    if profile.unit not in UNITS:
+        return f'has the unit "{profile.unit}"; allowed: {_listed(UNITS)}'
+    return ""
 
 
 def wrong_range(metric: Metric) -> str:

@@ -40,6 +40,7 @@ KINDS = {
     "series": "metrics",
     "map": "maps",
     "start_draws": "starts",
+    "profiles": "profiles",
     "sample": "samplers",
 }
 """Keys of a spec that may name code, and the kind of entries of each key."""

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.spec import LAST_FLOCKS
-from sweep.store import boid_columns, flock_columns, trial_row
+from sweep.store import boid_columns, flock_columns, profile_columns, trial_row
 from sweep.tables import Columns, StoredTrial
 from sweep.trial import Result
 
@@ -129,6 +129,9 @@ def _recomputed_tables(
         name: result.series.get(name, nothing) for name in job.record.series
     }
     tables["heatmaps"] = _heatmap(result.heatmap)
+    tables["profiles"] = {
+        name: values[0] for name, values in profile_columns(result.profiles).items()
+    }
     tables["trajectories"] = {"frame": frames}
     if result.trajectory is not None and result.states is not None:
         tables["trajectories"] |= boid_columns(job, result.trajectory, result.states)

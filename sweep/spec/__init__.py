@@ -46,6 +46,7 @@ failure_policy   the handling of failed trials
 
 recorded         names of metrics and columns
 recording        tracked individuals in place of a model
+profiles         metrics with values along an axis
 derived_metrics  metrics that formulas define
 
 study_folder     names of a study and of the files in its folder

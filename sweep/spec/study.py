@@ -56,6 +56,12 @@ from sweep.spec.keys import (
 )
 from sweep.spec.maps import MAP_FORMS, OwnMap, maps_schema, read_maps
 from sweep.spec.mistakes import Mistakes
+from sweep.spec.profiles import (
+    ANY_PROFILE,
+    PROFILE_NAMES,
+    RecordedProfile,
+    check_profile,
+)
 from sweep.spec.recorded import ANY_METRIC, Column, KnownMetrics, declaration_of
 from sweep.spec.recording import (
     RECORDING,
@@ -137,7 +143,7 @@ LAST_FLOCKS = "last_flocks"
 
 The boids can be the initial condition of trials of another study.
 """
-TABLES = ("series", "heatmaps", "trajectories", LAST_FLOCKS)
+TABLES = ("series", "heatmaps", "trajectories", "profiles", LAST_FLOCKS)
 """Tables that a spec selects, under keys of these names."""
 LAST_STATES = "last_states"
 """Key, and table, of the states from which trials with more steps resume.
@@ -224,6 +230,27 @@ class RecordSpec:
             example='{gain: "polarization / speed"}',
         ),
     ] = ()
+
+    profiles: Annotated[
+        tuple[RecordedProfile, ...],
+        Key(
+            PROFILE_NAMES,
+            "metrics with values along an axis, such as a distance or a lag; means over"
+            " the second half of a trial, or over an event of a recording",
+            otherwise="none",
+            example=f"[{ANY_PROFILE}]",
+        ),
+    ] = ()
+
+    @property
+    def profile_names(self) -> tuple[str, ...]:
+        """The names of the recorded profiles."""
+        return tuple(recorded.name for recorded in self.profiles)
+
+    @property
+    def looks(self) -> bool:
+        """Whether a trial keeps the positions of all boids in its frames."""
+        return self.trajectories or bool(self.profiles)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -1079,6 +1106,18 @@ def _record(
         for child in names.items() if names and isinstance(names.value, list) else ():
             if isinstance(child.value, str):
                 mistakes.read(metrics.read, child)
+    if (profiles := _part(entry, "profiles")) and record:
+        for child, recorded in zip(profiles.items(), record.profiles, strict=True):
+            model = known.models[metrics.model]
+            mistakes.read(check_profile, child, recorded, known, model=model)
+        with mistakes.noted():
+            names = [recorded.name for recorded in record.profiles]
+            if twice := {name for name in names if names.count(name) > 1}:
+                raise profiles.error(f"listed twice: {', '.join(sorted(twice))}")
+        if record.last_states:
+            with mistakes.noted():
+                words = f'"{LAST_STATES}" keep no positions of earlier steps, which'
+                raise profiles.error(f"{words} profiles need; remove one of the keys")
     mistakes.check()
     assert record
     searched = [Column.read(column).metric for column in columns]

@@ -55,6 +55,7 @@ from .recordings import Served as Served
 from .recordings import expressions as expressions
 from .recordings import measured as measured
 from .recordings import others_stored as others_stored
+from .recordings import recorded_profiles as recorded_profiles
 from .recordings import served as served
 from .regular import fits as fits
 from .regular import open_regular as open_regular
@@ -66,12 +67,15 @@ from .rows import ABOUT_EVENT as ABOUT_EVENT
 from .rows import ABOUT_LINK as ABOUT_LINK
 from .rows import ABOUT_TRIAL as ABOUT_TRIAL
 from .rows import ARROW as ARROW
+from .rows import AT as AT
 from .rows import DISTRIBUTION as DISTRIBUTION
+from .rows import EXTENT as EXTENT
 from .rows import FLIGHT as FLIGHT
 from .rows import HEADINGS as HEADINGS
 from .rows import Tables as Tables
 from .rows import boid_columns as boid_columns
 from .rows import flock_columns as flock_columns
+from .rows import profile_columns as profile_columns
 from .rows import trajectories_schema as trajectories_schema
 from .rows import trial_metrics as trial_metrics
 from .rows import trial_row as trial_row

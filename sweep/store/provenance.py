@@ -100,6 +100,7 @@ def _added_code(study: Study, code: Code) -> dict[str, Any]:
         "metrics": code.metrics,
         "maps": code.maps,
         "starts": code.starts,
+        "profiles": study.record.profile_names,
     }
     packages = of_packages(known, names)
     added = {"packages": packages} if packages else {}

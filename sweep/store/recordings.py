@@ -5,6 +5,7 @@ A stored trial replaces a missing trial that is an equal run and records less.
 
 import json
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,13 +27,15 @@ from sweep.design import (
     blocks,
     blocks_of,
     ids_recording,
+    profile_content,
 )
-from sweep.spec import Column, Study
+from sweep.spec import Column, RecordedProfile, Study
 from sweep.store.locations import Location
 from sweep.store.manifest import table_names
 from sweep.store.origin import part_provenance, stamps
 from sweep.store.parquet import each, opened, stored_schema
-from sweep.store.rows import EXPRESSION
+from sweep.store.regular import fits
+from sweep.store.rows import EXPRESSION, EXTENT
 from sweep.store.store import Store
 
 
@@ -79,6 +82,26 @@ def expressions(trials: pa.Schema) -> dict[str, str]:
     }
 
 
+def recorded_profiles(profiles: pa.Schema) -> tuple[RecordedProfile, ...]:
+    """Return the profiles of a stored table, with the wanted extents of their axes.
+
+    An extent that no launch writes is left out: a spec does not have it either.
+    """
+    return tuple(
+        _recorded_profile(field.name, field.metadata[EXTENT])
+        for field in profiles
+        if EXTENT in (field.metadata or {})
+    )
+
+
+def _recorded_profile(name: str, extent: bytes) -> RecordedProfile:
+    with suppress(ValueError, RecursionError):
+        stored = json.loads(extent)
+        if fits(stored, [float | int | None]) and len(stored) == 2:
+            return RecordedProfile(name, *stored)
+    return RecordedProfile(name)
+
+
 def _recording(part: Location) -> Recording | None:
     file = part / "trials.parquet"
     with opened(file) as opened_file:
@@ -99,6 +122,9 @@ def _recording(part: Location) -> Recording | None:
     }
     if derived:
         content["derive"] = derived
+    if "profiles" in names:
+        schema = stored_schema(part / "profiles.parquet")
+        content["profiles"] = profile_content(recorded_profiles(schema))
     content |= {key: True for key in LATER if key in names}
     return Recording(code.metrics, content)
 

@@ -17,6 +17,8 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from kernels.model import Model
+from kernels.profiles import Axis
+from kernels.settings import Unit
 from sweep.design import Job, LastFlock
 from sweep.spec import (
     DIRECTION,
@@ -31,7 +33,7 @@ from sweep.spec import (
     spelled,
 )
 from sweep.store.origin import PROVENANCE
-from sweep.trial import Result, kinds_of
+from sweep.trial import ProfileValues, Result, kinds_of
 
 Floats = NDArray[np.float64]
 Numbers = NDArray[Any]
@@ -40,6 +42,20 @@ EXPRESSION = b"expression"
 DISTRIBUTION = b"distribution"
 """Key of the distribution of a derived metric, in the metadata of its column."""
 NOT_DERIVED: Mapping[bytes, str] = MappingProxyType({})
+EXTENT = b"extent"
+"""Key of the wanted extent of the axis of a profile, in the metadata of its column."""
+AT = "_at"
+"""Ending of the column with the positions of the values of a profile."""
+AXIS_UNITS: Mapping[Axis, Unit] = MappingProxyType(
+    {
+        "distance": "length",
+        "lag": "time",
+        "wave number": "1/length",
+        "box": "length",
+        "individual": "",
+    }
+)
+VALUES = pa.list_(pa.float64())
 BODIES = pa.list_(pa.float64())
 KINDS = pa.list_(pa.int64())
 FLIGHT = ("x", "y", "vx", "vy")
@@ -160,6 +176,25 @@ def heatmaps_schema(provenance: dict[str, Any]) -> pa.Schema:
     return pa.schema(columns, _metadata(provenance))
 
 
+def profiles_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
+    """Return the schema of `profiles`, which has one row per trial.
+
+    Each profile has a column of values, and a column `<profile>_at` with the positions
+    of the values along the axis.
+    """
+    model = study.known.models[study.model]
+    columns = [_column("trial_id", pa.string(), "", "trial")]
+    for recorded in study.record.profiles:
+        profile = study.known.profiles[recorded.name]
+        unit = spelled(profile.unit, model)
+        text = f"{profile.text}, mean over {averaged_frames(model)}"
+        extent = {EXTENT: json.dumps([recorded.to, recorded.bins])}
+        columns.append(_column(recorded.name, VALUES, unit, text, extent))
+        unit = spelled(AXIS_UNITS[profile.axis], model)
+        columns.append(_column(f"{recorded.name}{AT}", VALUES, unit, profile.axis))
+    return pa.schema(columns, _metadata(provenance))
+
+
 def trajectories_schema(model: Model, provenance: dict[str, Any]) -> pa.Schema:
     """Return the schema of `trajectories`, which has one row per recorded frame.
 
@@ -226,6 +261,7 @@ class Tables:
         self.trials = trials_schema(study, provenance)
         self.series = series_schema(study, provenance)
         self.heatmaps = heatmaps_schema(provenance)
+        self.profiles = profiles_schema(study, provenance)
         self.trajectories = trajectories_schema(
             study.known.models[study.model], provenance
         )
@@ -237,8 +273,8 @@ class Tables:
     def __call__(self, results: Sequence[Result]) -> dict[str, pa.Table]:
         """Return `trials`, and the further tables that the study records.
 
-        Further tables are `series`, `heatmaps`, `trajectories`, `last_states` and
-        `last_flocks`.
+        Further tables are `series`, `heatmaps`, `profiles`, `trajectories`,
+        `last_states` and `last_flocks`.
         """
         tables = {"trials": self._trials(results)}
         if self.study.record.series:
@@ -248,6 +284,10 @@ class Tables:
         if self.study.record.heatmaps:
             tables["heatmaps"] = self._heatmaps(
                 [result for result in results if result.heatmap is not None]
+            )
+        if self.study.record.profiles:
+            tables["profiles"] = self._profiles(
+                [result for result in results if result.profiles]
             )
         if self.study.record.trajectories:
             tables["trajectories"] = self._trajectories(
@@ -286,6 +326,17 @@ class Tables:
                 _joined([result.series[name] for result in results], pa.float64())
             )
         return pa.Table.from_arrays(columns, schema=self.series)
+
+    def _profiles(self, results: Sequence[Result]) -> pa.Table:
+        rows = [
+            {"trial_id": [result.job.trial_id]} | profile_columns(result.profiles)
+            for result in results
+        ]
+        columns = [
+            pa.array([value for row in rows for value in row[name]], kind)
+            for name, kind in zip(self.profiles.names, self.profiles.types, strict=True)
+        ]
+        return pa.Table.from_arrays(columns, schema=self.profiles)
 
     def _trajectories(self, results: Sequence[Result]) -> pa.Table:
         recorded = [
@@ -398,6 +449,15 @@ def trial_row(study: str, result: Result) -> dict[str, Any]:
         **({PARENT: job.parent} if job.parent else {}),
         **job.settings,
         **trial_metrics(result),
+    }
+
+
+def profile_columns(profiles: Mapping[str, ProfileValues]) -> dict[str, list[Floats]]:
+    """Return the profiles of a trial by the names of their columns."""
+    return {
+        column: [values]
+        for name, profile in profiles.items()
+        for column, values in ((name, profile.value), (f"{name}{AT}", profile.at))
     }
 
 

@@ -70,7 +70,7 @@ if TYPE_CHECKING:
 
 
 DETAIL = "detail"
-TABLES = ("trials", "series", "heatmaps", "trajectories")
+TABLES = ("trials", "series", "heatmaps", "profiles", "trajectories")
 ABOUT = (b"unit", b"text")
 """Metadata of a stored column."""
 POINT_COLUMNS = (
@@ -992,6 +992,22 @@ class StoredStudy(Results):
         ]
         table["visits"] = pd.Series(arrays, index=table.index, dtype=object)
         return table
+
+    @cached_property
+    def profiles(self) -> pd.DataFrame:
+        """One row per trial: `trial_id`, and two arrays per recorded profile, (K,).
+
+        The column with the name of the profile has the values. The column with the
+        ending `_at` has their positions along the axis. `sweep.profiles` has means.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/profiles")
+        >>> first = study.profiles.iloc[0]
+        >>> first["pair_distribution_at"].shape == first["pair_distribution"].shape
+        True
+        """
+        return self._in_order(self._table("profiles"))
 
     @cached_property
     def trajectories(self) -> pd.DataFrame:

@@ -23,6 +23,7 @@ from sweep.store import (
     ABOUT_LINK,
     ABOUT_TRIAL,
     ARROW,
+    AT,
     FLIGHT,
     HEADINGS,
     Location,
@@ -34,6 +35,7 @@ FULL = {
     "trials": ("trial_id", "point", "model", "preset", "status"),
     "series": ("trial_id", "frame"),
     "heatmaps": ("trial_id", "rows", "columns", "visits"),
+    "profiles": ("trial_id",),
     "trajectories": ("trial_id", "frame", *FLIGHT),
     LAST_FLOCKS: ("trial_id", *FLIGHT, *HEADINGS),
 }
@@ -216,6 +218,15 @@ def _check_heatmaps(table: pa.Table, _known: Catalogue) -> None:
         raise ValueError("the number of visits is not rows times columns")
 
 
+def _check_profiles(table: pa.Table, _known: Catalogue) -> None:
+    _check_types(table, {"trial_id": pa.string()})
+    names = table.column_names
+    for name in (name for name in names if f"{name}{AT}" in names):
+        values = _lengths(table, name, pa.float64())
+        if (values != _lengths(table, f"{name}{AT}", pa.float64())).any():
+            raise ValueError(f"{name} has another number of values than of positions")
+
+
 def _check_trajectories(table: pa.Table, known: Catalogue) -> None:
     _check_types(table, {"trial_id": pa.string(), "frame": pa.int64()})
     names = [name for name in table.column_names if name not in ("trial_id", "frame")]
@@ -312,6 +323,7 @@ CHECKS: dict[str, Callable[[pa.Table, Catalogue], None]] = {
     "trials": _check_trials,
     "series": _check_series,
     "heatmaps": _check_heatmaps,
+    "profiles": _check_profiles,
     "trajectories": _check_trajectories,
     LAST_FLOCKS: _check_last_flocks,
 }

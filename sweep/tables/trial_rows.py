@@ -9,7 +9,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
-from sweep.spec import LAST_FLOCKS, LAST_STATES
+from sweep.spec import LAST_FLOCKS, LAST_STATES, RecordedProfile, written_profiles
 from sweep.store import (
     PROVENANCE,
     Location,
@@ -19,6 +19,7 @@ from sweep.store import (
     load_table,
     measured,
     part_provenance,
+    recorded_profiles,
     stored_schema,
     table_names,
 )
@@ -42,6 +43,8 @@ class StoredTrial(NamedTuple):
         The expressions of derived metrics by name.
     keeps_state : bool
         Whether the last state of the trial is stored.
+    profiles : tuple of RecordedProfile
+        The stored profiles, with the extents of their axes.
     """
 
     row: dict[str, Any]
@@ -49,6 +52,7 @@ class StoredTrial(NamedTuple):
     provenance: dict[str, Any]
     derive: dict[str, str]
     keeps_state: bool = False
+    profiles: tuple[RecordedProfile, ...] = ()
 
     @property
     def metrics(self) -> list[str]:
@@ -63,6 +67,7 @@ class StoredTrial(NamedTuple):
             "metrics": self.metrics,
             **({"series": series} if series else {}),
             **({"derive": self.derive} if self.derive else {}),
+            **({"profiles": written_profiles(self.profiles)} if self.profiles else {}),
             "every": self.row.get("every"),
             "heatmaps": "heatmaps" in self.tables,
             "trajectories": "trajectories" in self.tables,
@@ -149,6 +154,9 @@ def _trials_of(part: Location, trial_ids: list[str]) -> Iterator[StoredTrial]:
     trials = tables.pop("trials")
     provenance = part_provenance(trials.schema, part / "trials.parquet")
     derive = expressions(trials.schema)
+    profiles = (
+        recorded_profiles(tables["profiles"].schema) if "profiles" in tables else ()
+    )
     rows = trials.to_pylist()
     ids = pa.array([row["trial_id"] for row in rows], pa.string())
     own = {name: _by_trial(table, ids) for name, table in tables.items()}
@@ -159,6 +167,7 @@ def _trials_of(part: Location, trial_ids: list[str]) -> Iterator[StoredTrial]:
             provenance=provenance,
             derive=derive,
             keeps_state=LAST_STATES in names,
+            profiles=profiles,
         )
 
 

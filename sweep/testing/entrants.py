@@ -112,7 +112,11 @@ class Entrant:
             if self.kind != "metrics" or not lacks(candidate, self.entry)
         )
         known = Catalogue(
-            {model.name: model}, self.known.metrics, self.known.maps, self.known.starts
+            {model.name: model},
+            self.known.metrics,
+            self.known.maps,
+            self.known.starts,
+            self.known.profiles,
         )
         return Subject(model, known)
 

@@ -81,7 +81,7 @@ def _of_model(model: Model) -> Subject:
 def entered(model: Model) -> Catalogue:
     """Return the built-in catalogue with `model` as its only model."""
     models = {model.name: model}
-    return Catalogue(models, BUILT_IN.metrics, BUILT_IN.maps, BUILT_IN.starts)
+    return replace(BUILT_IN, models=models)
 
 
 def _of_file(path: Path, attribute: str) -> Subject:

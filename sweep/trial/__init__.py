@@ -9,6 +9,7 @@ playing       playback of a recording
 scenery       the world and its obstacles, drawn from the job
 
 derived       metrics that a spec computes from further metrics
+profiles      metrics with values along an axis
 remeasuring   metrics of a stored trial, from its trajectory
 
 last_flocks   final flocks, and trials that begin with final flocks

@@ -44,6 +44,7 @@ from .remeasuring import sources as sources
 from .remeasuring import unmeasured as unmeasured
 from .remeasuring import what_lacks as what_lacks
 from .result import FAILED as FAILED
+from .result import ProfileValues as ProfileValues
 from .result import Result as Result
 from .result import after as after
 from .result import failed as failed

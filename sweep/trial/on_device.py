@@ -350,7 +350,7 @@ def _batch(prepared: Sequence[_Prepared]) -> Batch:
     job = prepared[0].simulation.job
     flights = [trial.simulation.flight for trial in prepared]
     metrics = metrics_of(job, job.record.metrics)
-    on_device = not job.record.trajectories and all(map(is_there, metrics))
+    on_device = not job.record.looks and all(map(is_there, metrics))
     streams = [trial.stream for trial in prepared]
     return Batch(flights, streams, metrics if on_device else None, prepared[0].shared)
 

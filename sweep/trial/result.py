@@ -1,12 +1,14 @@
 """The result of a trial, as plain values."""
 
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sweep.design import Job, LastFlock
 
+Floats = NDArray[np.float64]
 FAILED = ("failed", "timeout")
 """Statuses of trials that raised an error or exceeded a limit.
 
@@ -19,6 +21,22 @@ ENDINGS = {
     "timeout": "time limit of {limit} s reached after step {step}",
 }
 """Reasons why a trial ended early, by status."""
+
+
+class ProfileValues(NamedTuple):
+    """Values of a profile.
+
+    Attributes
+    ----------
+    at : array of float, shape (K,)
+        Positions along the axis, in its unit: centres of bins, lags, sides of boxes, or
+        numbers of individuals.
+    value : array of float, shape (K,)
+        NaN where nothing could be measured.
+    """
+
+    at: Floats
+    value: Floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +63,8 @@ class Result:
         Values of metrics in these frames.
     heatmap : array of int, shape (rows, columns), optional
         Visit counts, -1 in obstacles.
+    profiles : dict of ProfileValues
+        Profiles by name; empty unless the trial is done.
     trajectory : array of float, shape (F, 4, N), optional
         x, y, vx and vy of every boid.
     states : array of float, shape (F, S, N), optional
@@ -65,6 +85,7 @@ class Result:
     frames: NDArray[np.int64] | None = None
     series: dict[str, NDArray[np.float64]] = field(default_factory=dict)
     heatmap: NDArray[np.int32] | None = None
+    profiles: dict[str, ProfileValues] = field(default_factory=dict)
     trajectory: NDArray[np.float64] | None = None
     states: NDArray[np.float64] | None = None
     last_state: bytes = field(default=b"", repr=False)

@@ -49,6 +49,7 @@ from sweep.trial.generators import Randomness
 from sweep.trial.last_flocks import last_flock, place, starting
 from sweep.trial.numba_errors import explained
 from sweep.trial.playing import playback_of
+from sweep.trial.profiles import profiles_of
 from sweep.trial.result import ENDINGS, Result
 from sweep.trial.robots import keys_of, robot_layers_of, robots_of
 from sweep.trial.scenery import Landscape, coverage_of, landscape_of, start_of
@@ -181,7 +182,7 @@ class Simulation:
         play = self.playback
         values = play.measure(flight, metrics) if play else measure(flight, metrics)
         frames = flight.record.frames
-        bodies = self.schedule.n if record.trajectories else 0
+        bodies = self.schedule.n if record.looks else 0
         taken = Taken(
             frames.step[: flight.filled].copy(),
             values,
@@ -345,6 +346,9 @@ class Simulation:
             frames=taken.steps if record.series or record.trajectories else None,
             series={name: values[name] for name in record.series},
             heatmap=self.visits if record.heatmaps and done else None,
+            profiles=profiles_of(job, self.flight, taken.steps, taken.bodies)
+            if record.profiles and done
+            else {},
             trajectory=taken.bodies if record.trajectories else None,
             states=taken.state if record.trajectories else None,
             last_flock=last_flock(self.flight) if record.last_flocks and done else None,
@@ -369,7 +373,7 @@ def _flight(job: Job, together: bool, frames: int) -> Flight:
         metrics_of(job, record.metrics),
         record.every,
         visits=record.heatmaps,
-        bodies=record.trajectories,
+        bodies=record.looks,
         frames=frames,
     )
     coverage = (

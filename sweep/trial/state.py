@@ -17,9 +17,9 @@ class Taken(NamedTuple):
     steps : array of int, shape (F,)
     values : array of float, shape (metrics, F)
     bodies : array of float, shape (F, 4, N)
-        x, y, vx and vy; N is 0 without trajectories.
+        x, y, vx and vy; N is 0 without trajectories and profiles.
     state : array of float, shape (F, S, N)
-        The S state values per boid that the model has; N is 0 without trajectories.
+        The S state values per boid that the model has; N as for `bodies`.
     """
 
     steps: NDArray[np.int64]

@@ -131,7 +131,7 @@ def frame_type_of(simulation: Simulation) -> FrameType:
     record = simulation.job.record
     return frame_type(
         len(record.metrics),
-        simulation.schedule.n if record.trajectories else 0,
+        simulation.schedule.n if record.looks else 0,
         len(simulation.flight.model.state),
     )
 

@@ -65,6 +65,7 @@ KERNEL_FACTS = {"kernels"} | {
         "model",
         "models",
         "playback",
+        "profiles",
         "registry",
         "robots.abilities",
         "robots.readers",

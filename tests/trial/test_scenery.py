@@ -110,7 +110,7 @@ def test_what_a_start_does_not_depend_on_has_it_drawn_once() -> None:
 def starting(draw: Any) -> Catalogue:
     """The built-in entries, with another start under the name that is usual."""
     starts = dict(STARTS) | {"numpy": Start(draw, "", "")}
-    return Catalogue(BUILT_IN.models, BUILT_IN.metrics, BUILT_IN.maps, starts)
+    return replace(BUILT_IN, starts=starts)
 
 
 def at_one(n: int, *_others: Any) -> Flock:
