@@ -52,4 +52,4 @@ class Catalogue:
         return "BUILT_IN"
 
 
-BUILT_IN = Catalogue(MODELS, METRICS, MAPS, STARTS, PROFILES)
+BUILT_IN = Catalogue(MODELS, METRICS, MAPS, STARTS, profiles=PROFILES)

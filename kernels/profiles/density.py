@@ -46,10 +46,12 @@ def structure_factor(passage: Passage, axis: Floats, values: Floats) -> None:
             for b in range(up + 1):
                 if b == 0 and a <= 0:  # a wave and its opposite are one wave
                     continue
-                kx, ky = a * unit_x, b * unit_y
+                kx = a * unit_x
+                ky = b * unit_y
                 k = _bin_of(axis, math.sqrt(kx * kx + ky * ky))
                 if k >= 0:
-                    values[k] += _power(passage, f, kx, sine[b], cosine[b]) / present
+                    power = _power(passage, f, kx, sine[b], cosine_y=cosine[b])
+                    values[k] += power / present
                     waves[k] += 1
     for k in range(bins):
         values[k] = values[k] / waves[k] if waves[k] > 0 else math.nan
@@ -69,7 +71,8 @@ def _power(
     passage: Passage, f: int, kx: float, sine_y: Floats, cosine_y: Floats
 ) -> float:
     """Return the power of a wave, from the sine and the cosine of ky y of each boid."""
-    real, imaginary = 0.0, 0.0
+    real = 0.0
+    imaginary = 0.0
     for i in range(passage.x.shape[1]):
         if passage.x[f, i] == passage.x[f, i]:
             sine, cosine = sine_cosine(kx * passage.x[f, i])

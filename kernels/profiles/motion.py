@@ -20,8 +20,8 @@ M. Ballerini et al. (2008), PNAS 105, 1232: starlings interact with six to seven
 def mean_squared_displacement(passage: Passage, axis: Floats, values: Floats) -> None:
     """Compute the mean square of the distance that boids cover in a time.
 
-    With periodic borders the displacements between consecutive frames are added up.
-    They must be shorter than half of the world.
+    With periodic borders, displacements between consecutive frames are added up. Each
+    displacement must be shorter than half of the world.
 
     Parameters
     ----------
@@ -32,13 +32,15 @@ def mean_squared_displacement(passage: Passage, axis: Floats, values: Floats) ->
         Mean over boids and over pairs of frames; NaN without such a pair.
     """
     frames, n = passage.x.shape
-    x, y = passage.x.copy(), passage.y.copy()
+    x = passage.x.copy()
+    y = passage.y.copy()
     if passage.periodic:
         _unwrap(x, passage.width)
         _unwrap(y, passage.height)
     for k in range(values.size):
         lag = int(axis[k])
-        total, count = 0.0, 0
+        total = 0.0
+        count = 0
         for f in range(frames - lag):
             for i in range(n):
                 dx = x[f + lag, i] - x[f, i]
@@ -55,7 +57,8 @@ def _unwrap(positions: Floats, period: float) -> None:
     """Replace positions on a circle (F, N) by positions along a line."""
     frames, n = positions.shape
     for i in range(n):
-        around, along = math.nan, math.nan
+        around = math.nan
+        along = math.nan
         for f in range(frames):
             now = positions[f, i]
             if now != now:
@@ -86,21 +89,23 @@ def neighbour_overlap(passage: Passage, axis: Floats, values: Floats) -> None:
     distances = np.zeros(NEAREST)
     for f in range(frames):
         for i in range(n):
-            _find_nearest(passage, f, i, near[f, i], distances)
+            _find_nearest(passage, f, i, near[f, i], distances=distances)
     for k in range(values.size):
         lag = int(axis[k])
-        kept, count = 0, 0
+        same = 0
+        count = 0
         for f in range(frames - lag):
             for i in range(n):
-                before, after = near[f, i], near[f + lag, i]
+                before = near[f, i]
+                after = near[f + lag, i]
                 if before[NEAREST - 1] < 0 or after[NEAREST - 1] < 0:
                     continue
                 count += NEAREST
                 for j in before:
                     for other in after:
                         if j == other:
-                            kept += 1
-        values[k] = kept / count if count > 0 else math.nan
+                            same += 1
+        values[k] = same / count if count > 0 else math.nan
 
 
 @jit
@@ -132,8 +137,8 @@ def _find_nearest(
 def directional_delay(passage: Passage, axis: Floats, values: Floats) -> None:
     """Compute the mean delay with which the others turn into the heading of a boid.
 
-    The delay of a pair is the lag at which the mean cosine between the headings is
-    largest; the shorter one of two equal lags.
+    The delay of a pair is the lag with the largest mean cosine between the headings.
+    Of equal cosines, the shorter lag counts.
 
     M. Nagy et al. (2010), Hierarchical group dynamics in pigeon flocks, Nature 464,
     890, take the mean over pairs with a large correlation; here it is over all pairs.
@@ -148,19 +153,22 @@ def directional_delay(passage: Passage, axis: Floats, values: Floats) -> None:
         boid without a common frame with another boid in motion.
     """
     n = passage.x.shape[1]
-    ux, uy = passage.vx.copy(), passage.vy.copy()
+    ux = passage.vx.copy()
+    uy = passage.vy.copy()
     _normalise(ux, uy)
     pairs = np.zeros(n, np.int64)
     values[:] = 0.0
     for i in range(n):
         for j in range(i):
-            best, delay = -math.inf, math.nan
+            best = -math.inf
+            delay = math.nan
             for k in range(axis.size):
                 lag = int(axis[k])
                 for leader, follower, sign in ((i, j, 1.0), (j, i, -1.0)):
-                    cosine = _mean_cosine(ux, uy, leader, follower, lag)
+                    cosine = _mean_cosine(ux, uy, leader, follower, lag=lag)
                     if cosine > best:
-                        best, delay = cosine, sign * lag
+                        best = cosine
+                        delay = sign * lag
             if delay == delay:
                 values[i] += delay
                 values[j] -= delay
@@ -187,7 +195,8 @@ def _mean_cosine(ux: Floats, uy: Floats, leader: int, follower: int, lag: int) -
 
     The headings are unit vectors (F, N). NaN without two frames in which both move.
     """
-    total, count = 0.0, 0
+    total = 0.0
+    count = 0
     for f in range(ux.shape[0] - lag):
         cosine = ux[f, leader] * ux[f + lag, follower]
         cosine += uy[f, leader] * uy[f + lag, follower]

@@ -105,7 +105,9 @@ def velocity_correlation_function(
 @jit
 def _deviations(passage: Passage, f: int) -> tuple[float, float, float]:
     """Return the mean velocity of a frame, and the mean square of the deviations."""
-    x, y, present = 0.0, 0.0, 0
+    x = 0.0
+    y = 0.0
+    present = 0
     n = passage.x.shape[1]
     for i in range(n):
         if passage.x[f, i] == passage.x[f, i]:

@@ -101,6 +101,7 @@ from .series import autocorrelation as autocorrelation
 from .series import burn_in as burn_in
 from .series import drift as drift
 from .series import integrated_time as integrated_time
+from .simultaneous import FEWEST_REPLICATES as FEWEST_REPLICATES
 from .simultaneous import Simultaneous as Simultaneous
 from .simultaneous import adjusted as adjusted
 from .simultaneous import holm as holm

@@ -3,7 +3,6 @@
 from kernels.identity import Code, code_of
 from kernels.metrics import METRICS
 from kernels.models import MODELS
-from kernels.profiles import PROFILES
 from kernels.starts import STARTS
 from kernels.worlds import MAPS
 from sweep.spec import Study
@@ -27,12 +26,13 @@ def study_code(study: Study) -> Code:
 def is_built_in(study: Study) -> bool:
     """Return whether a study uses only built-in models, metrics, maps and starts.
 
-    Built-in code is known to run, with a known cost.
+    Built-in code is known to run, with a known cost. The cost of profiles is not known.
     """
+    if study.record.profiles:
+        return False
     named = (
         (MODELS, {study.model}),
         (METRICS, set(study.record.metrics)),
-        (PROFILES, set(study.record.profile_names)),
         (MAPS, _values(study, "map") - study.maps.keys()),
         (STARTS, _values(study, "start_draws")),
     )

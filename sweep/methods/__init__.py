@@ -14,6 +14,7 @@ resilience/   effects of failures of boids on recorded series
 sensitivity/  dependence of a metric on sampled parameters
 ablation/     the effect of each component in which two presets differ
 
+profiles/     metrics along a distance, a lag or a wave number
 power/        the number of replicates that a goal needs
 comparison/   differences between two selections of trials
 """

@@ -52,7 +52,7 @@ class RecordedProfile:
 
 @dataclass(frozen=True)
 class ProfileOf(Content[RecordedProfile]):
-    """The name of a profile, or a mapping with the name and the extent of the axis."""
+    """Name of a profile, or a mapping with the name and the extent of the axis."""
 
     @property
     def words(self) -> str:
@@ -60,7 +60,7 @@ class ProfileOf(Content[RecordedProfile]):
         return "the name of a profile, or {name: ..., to: ..., bins: ...}"
 
     def read(self, entry: Entry) -> RecordedProfile:
-        """Return the profile of an entry. Raises SpecError."""
+        """Return the profile of an entry, or raise SpecError."""
         if isinstance(entry.value, dict):
             return read_section(RecordedProfile, entry)
         return RecordedProfile(entry.text())
@@ -91,7 +91,7 @@ def written_profiles(profiles: tuple[RecordedProfile, ...]) -> Any:
 def check_profile(
     entry: Entry, recorded: RecordedProfile, known: Catalogue, model: Model
 ) -> None:
-    """Raise SpecError for a profile that is unknown, or that the model cannot have.
+    """Raise SpecError for an unknown profile, or a profile of an unknown kind of boids.
 
     Parameters
     ----------

@@ -249,7 +249,7 @@ class RecordSpec:
 
     @property
     def looks(self) -> bool:
-        """Whether a trial keeps the positions of all boids in its frames."""
+        """True if a trial keeps the positions of all boids in the frames."""
         return self.trajectories or bool(self.profiles)
 
     @property
@@ -1111,8 +1111,8 @@ def _record(
             model = known.models[metrics.model]
             mistakes.read(check_profile, child, recorded, known, model=model)
         with mistakes.noted():
-            names = [recorded.name for recorded in record.profiles]
-            if twice := {name for name in names if names.count(name) > 1}:
+            listed = list(record.profile_names)
+            if twice := {name for name in listed if listed.count(name) > 1}:
                 raise profiles.error(f"listed twice: {', '.join(sorted(twice))}")
         if record.last_states:
             with mistakes.noted():

@@ -189,7 +189,7 @@ def profiles_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
         unit = spelled(profile.unit, model)
         text = f"{profile.text}, mean over {averaged_frames(model)}"
         extent = {EXTENT: json.dumps([recorded.to, recorded.bins])}
-        columns.append(_column(recorded.name, VALUES, unit, text, extent))
+        columns.append(_column(recorded.name, VALUES, unit, text, derived=extent))
         unit = spelled(AXIS_UNITS[profile.axis], model)
         columns.append(_column(f"{recorded.name}{AT}", VALUES, unit, profile.axis))
     return pa.schema(columns, _metadata(provenance))

@@ -116,7 +116,7 @@ class Entrant:
             self.known.metrics,
             self.known.maps,
             self.known.starts,
-            self.known.profiles,
+            profiles=self.known.profiles,
         )
         return Subject(model, known)
 

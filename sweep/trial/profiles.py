@@ -16,7 +16,9 @@ from sweep.trial.result import ProfileValues
 Floats = NDArray[np.float64]
 BINS = 30
 BOX_BINS = 9
-"""Usual numbers of values along an axis. The largest box is a quarter of the world."""
+"""Usual numbers of values along an axis; the largest box is a quarter of the world."""
+BINNED = ("distance", "wave number")
+"""Axes whose values are for bins; a kernel gets the edges of the bins."""
 
 
 def profiles_of(
@@ -39,7 +41,7 @@ def profiles_of(
     averaged = steps % job.record.every == 0
     if not model.events:
         averaged &= 2 * steps > flight.schedule.steps
-    found = {}
+    values = {}
     for recorded in job.record.profiles:
         profile = job.known.profiles[recorded.name]
         part = bodies[averaged]
@@ -49,25 +51,37 @@ def profiles_of(
                 model.kinds,
                 flight.ground.kind,
                 flight.work.robots.failing.fails_at,
-                steps[averaged],
+                steps=steps[averaged],
             )
             part = np.where(is_member[:, np.newaxis], part, np.nan)
-        found[recorded.name] = _measured(job, profile, recorded, part)
-    return found
+        values[recorded.name] = _measured(job, profile, recorded, part)
+    return values
 
 
 def _measured(
     job: Job, profile: Profile, recorded: RecordedProfile, bodies: Floats
 ) -> ProfileValues:
-    width, height = float(job.settings["width"]), float(job.settings["height"])
+    width = float(job.settings["width"])
+    height = float(job.settings["height"])
     periodic = job.settings["borders"] == TORUS
     frame_time = float(job.settings["dt"]) * job.record.every
-    axis = axis_of(profile, recorded, (width, height), frame_time, len(bodies))
-    sizes = {"distance": len(axis) - 1, "wave number": len(axis) - 1}
-    sizes["individual"] = bodies.shape[2]
-    values = np.full(sizes.get(profile.axis, len(axis)), math.nan)
+    axis = axis_of(
+        profile,
+        recorded,
+        sides=(width, height),
+        frame_time=frame_time,
+        frames=len(bodies),
+    )
+    size = len(axis) - 1 if profile.axis in BINNED else len(axis)
+    values = np.full(
+        bodies.shape[2] if profile.axis == "individual" else size, math.nan
+    )
+    x, y, vx, vy = np.ascontiguousarray(bodies.transpose(1, 0, 2))
     passage = Passage(
-        *(np.ascontiguousarray(bodies[:, row]) for row in range(4)),
+        x=x,
+        y=y,
+        vx=vx,
+        vy=vy,
         width=width,
         height=height,
         periodic=periodic,
@@ -75,14 +89,15 @@ def _measured(
     profile.measure(passage, axis, values)
     if profile.in_time:
         values *= frame_time
-    at = {
-        "distance": lambda: 0.5 * (axis[1:] + axis[:-1]),
-        "wave number": lambda: 0.5 * (axis[1:] + axis[:-1]),
-        "lag": lambda: axis * frame_time,
-        "box": lambda: math.sqrt(width * height) / axis,
-        "individual": lambda: np.arange(float(bodies.shape[2])),
-    }
-    return ProfileValues(at[profile.axis](), values)
+    if profile.axis in BINNED:
+        at = 0.5 * (axis[1:] + axis[:-1])
+    elif profile.axis == "lag":
+        at = axis * frame_time
+    elif profile.axis == "box":
+        at = math.sqrt(width * height) / axis
+    else:
+        at = np.arange(float(bodies.shape[2]))
+    return ProfileValues(at, values)
 
 
 def axis_of(

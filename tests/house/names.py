@@ -102,7 +102,8 @@ WORDS_OF_ENTRIES = {
         "sweep/spec/whole_samples.py",  # an extra
         "sweep/methods/sensitivity/sampled.py",  # in an error
     },
-    "mean": {  # of columns, claims, intervals and weights
+    "mean": {
+        "sweep/methods/profiles/report.py",  # of columns, claims, intervals and weights
         "kernels/models/cucker_smale2007.py",
         "sweep/analysis/intervals.py",
         "sweep/analysis/steady.py",
@@ -162,6 +163,7 @@ WORDS_OF_ENTRIES = {
 }
 """Names that are words too, and where they mean something else."""
 KINDS_ARE = {
+    "profiles": "a table of a study, and what is recorded in it",
     "trajectories": "a table of a study, what is recorded in it, and blocks of morris",
     "coverage": "a metric, and an overlay of the page",
 }

@@ -1,0 +1,334 @@
+"""Means of profiles over trials, with confidence intervals for the whole curve."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from sweep.analysis import (
+    CONFIDENCE,
+    FEWEST_REPLICATES,
+    Interval,
+    independent_contrast,
+    max_t,
+    mean_interval,
+    simultaneous_confidence,
+)
+from sweep.errors import ChoiceError
+from sweep.methods.comparison import Side
+from sweep.spec import spelled
+from sweep.store import AT, AXIS_UNITS
+from sweep.tables import StoredStudy
+from sweep.text import unknown
+
+Floats = NDArray[np.float64]
+FEWEST_POSITIONS = 3
+"""Fewest positive values of a profile from which an exponent follows."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeanProfile:
+    """Mean of a profile over the trials of a point.
+
+    Attributes
+    ----------
+    name : str
+    text : str
+        Description of the profile.
+    axis : str
+        Quantity along the axis, such as "distance".
+    unit, axis_unit : str
+        Units of the values and of the positions, "" for none.
+    point : str
+        Id of the point.
+    settings : dict
+        Values of the parameters that vary.
+    at : array of float, shape (K,)
+        Positions along the axis.
+    values : array of float, shape (trials, K)
+        NaN where a trial has no value.
+    value, low, high : array of float, shape (K,)
+        Means with simultaneous 95 % confidence intervals; NaN if unknown.
+    exponent, zero : Interval or None
+        Mean over trials of the exponent, and of the first position with the value 0.
+        None for a profile without.
+    """
+
+    name: str
+    text: str
+    axis: str
+    unit: str
+    axis_unit: str
+    point: str
+    settings: dict[str, Any]
+    at: Floats
+    values: Floats
+    value: Floats
+    low: Floats
+    high: Floats
+    exponent: Interval | None
+    zero: Interval | None
+
+
+@dataclass(frozen=True, eq=False)
+class ProfileDifference:
+    """Difference of the mean profiles of two sides, B - A.
+
+    Attributes
+    ----------
+    a, b : MeanProfile
+    value, low, high : array of float, shape (K,)
+        Differences with simultaneous 95 % confidence intervals (Welch, Bonferroni).
+    """
+
+    a: MeanProfile
+    b: MeanProfile
+    value: Floats
+    low: Floats
+    high: Floats
+
+    @property
+    def apart(self) -> NDArray[np.bool_]:
+        """Positions at which the confidence interval excludes 0, (K,)."""
+        return (self.low > 0.0) | (self.high < 0.0)
+
+
+def mean_profiles(
+    study: StoredStudy,
+    names: Sequence[str] = (),
+    *,
+    start: float | None = None,
+    stop: float | None = None,
+) -> list[MeanProfile]:
+    """Return the mean of each profile at each point.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    names : sequence of str
+        Names of profiles; by default all recorded profiles.
+    start, stop : float, optional
+        Least and largest position of exponents and zeros.
+
+    Returns
+    -------
+    list of MeanProfile
+        Profile by profile; the points in the order of the study.
+
+    Raises
+    ------
+    ChoiceError
+        If no profile is stored, or a name is not recorded.
+    """
+    stored = study.profiles
+    recorded = recorded_profiles(stored)
+    if stored.empty:
+        raise ChoiceError(
+            "stores no profiles; `record: {profiles: [...]}` in the spec records"
+            " profiles, which `sweep metrics` lists",
+            study.name,
+        )
+    for name in names:
+        if name not in recorded:
+            raise ChoiceError(unknown("profile", name, recorded), study.name)
+    points = study.trials.set_index("trial_id").loc[stored["trial_id"]]
+    return [
+        _mean_profile(
+            study,
+            name,
+            points.loc[part["trial_id"].iloc[0]],
+            part,
+            extent=(start, stop),
+        )
+        for name in names or recorded
+        for _, part in stored.groupby(points["point"].to_numpy(), sort=False)
+    ]
+
+
+def recorded_profiles(stored: pd.DataFrame) -> list[str]:
+    """Return the names of the profiles in a table of profiles."""
+    return [str(name) for name in stored if f"{name}{AT}" in stored]
+
+
+def _mean_profile(
+    study: StoredStudy,
+    name: str,
+    trial: "pd.Series[Any]",
+    rows: pd.DataFrame,
+    extent: tuple[float | None, float | None],
+) -> MeanProfile:
+    profile = study.known.profiles[name]
+    model = study.known.models[study.provenance["model"]]
+    # Numbers of individuals differ between the events of a recording.
+    longest = rows.iloc[int(np.argmax(rows[name].map(len)))]
+    at = np.asarray(longest[f"{name}{AT}"])
+    values = np.full((len(rows), len(at)), np.nan)
+    for row, own in zip(values, rows[name], strict=True):
+        row[: len(own)] = own
+    value, low, high = _band(values, (profile.low, profile.high))
+    inside = np.ones(len(at), np.bool_)
+    start, stop = extent
+    if start is not None:
+        inside &= at >= start
+    if stop is not None:
+        inside &= at <= stop
+    slopes = [_exponent(at[inside], row[inside], profile.exponent) for row in values]
+    zeros = [_zero(at[inside], row[inside]) for row in values]
+    return MeanProfile(
+        name,
+        profile.text,
+        profile.axis,
+        unit=spelled(profile.unit, model),
+        axis_unit=spelled(AXIS_UNITS[profile.axis], model),
+        point=str(trial["point"]),
+        settings={str(setting): trial[setting] for setting in study.varied},
+        at=at,
+        values=values,
+        value=value,
+        low=low,
+        high=high,
+        exponent=mean_interval(slopes) if profile.exponent else None,
+        zero=mean_interval(zeros) if profile.zero else None,
+    )
+
+
+def _band(
+    values: Floats, possible: tuple[float, float]
+) -> tuple[Floats, Floats, Floats]:
+    """Return means (K,) with simultaneous confidence intervals.
+
+    No interval extends beyond the `possible` values. The intervals are those of `max_t`
+    from ten complete trials on. Otherwise each interval is Student's, with Bonferroni's
+    correction.
+    """
+    complete = np.isfinite(values).all(axis=0)
+    together = len(values) >= FEWEST_REPLICATES
+    corrected = simultaneous_confidence(values.shape[1], CONFIDENCE)
+    columns = [mean_interval(column, corrected) for column in values.T]
+    value, low, high = (
+        np.array([getattr(column, field) for column in columns])
+        for field in ("value", "low", "high")
+    )
+    if together and complete.all():
+        band = max_t(values)
+        known = np.isfinite(band.low)
+        low[known] = band.low[known]
+        high[known] = band.high[known]
+    return value, np.maximum(low, possible[0]), np.minimum(high, possible[1])
+
+
+def _exponent(at: Floats, values: Floats, factor: float) -> float:
+    """Return the slope of the logarithms times a factor; NaN for too few values."""
+    positive = values > 0.0
+    if np.count_nonzero(positive) < FEWEST_POSITIONS:
+        return np.nan
+    logarithms = np.log(values[positive])
+    from_mean = np.log(at[positive])
+    from_mean -= from_mean.mean()
+    slope = np.sum(from_mean * logarithms) / np.sum(from_mean**2)
+    return float(factor * slope)
+
+
+def _zero(at: Floats, values: Floats) -> float:
+    """Return the first position at which linear interpolation gives 0; NaN for none."""
+    known = np.isfinite(values)
+    position = at[known]
+    value = values[known]
+    below = np.flatnonzero(value <= 0.0)
+    if not below.size or below[0] == 0:
+        return np.nan
+    last = int(below[0])
+    share = value[last - 1] / (value[last - 1] - value[last])
+    return float(position[last - 1] + share * (position[last] - position[last - 1]))
+
+
+def common_profiles(a: Side, b: Side) -> list[str]:
+    """Return the profiles that two sides have, except those of individuals.
+
+    Raises ChoiceError if there is none.
+    """
+    known = a.study.known.profiles
+    theirs = recorded_profiles(b.study.profiles)
+    common = [
+        name
+        for name in recorded_profiles(a.study.profiles)
+        if name in theirs and known[name].axis != "individual"
+    ]
+    if not common:
+        raise ChoiceError(f"shares no profile with {a.study.name}", b.study.name)
+    return common
+
+
+def profile_difference(a: Side, b: Side, name: str) -> ProfileDifference:
+    """Return the difference of a profile between two sides, B - A.
+
+    Parameters
+    ----------
+    a, b : Side
+        Sides with one point each.
+    name : str
+        Name of the profile.
+
+    Returns
+    -------
+    ProfileDifference
+
+    Raises
+    ------
+    ChoiceError
+        If a side has several points, or the axes or units of the sides differ.
+    """
+    first, second = (_of_side(side, name) for side in (a, b))
+    for mine, theirs in (
+        (first.unit, second.unit),
+        (first.axis_unit, second.axis_unit),
+    ):
+        if mine != theirs:
+            words = f"{name} is in {mine or 'no unit'} in A, in {theirs} in B"
+            raise ChoiceError(words, b.study.name)
+    if first.axis == "individual":
+        words = f"{name} is not compared: individuals of A are not those of B"
+        raise ChoiceError(words, b.study.name)
+    if first.at.shape != second.at.shape or not np.allclose(first.at, second.at):
+        raise ChoiceError(
+            f"{name} has other positions in A than in B: give `to` and `bins` in both"
+            " specs",
+            b.study.name,
+        )
+    corrected = simultaneous_confidence(len(first.at), CONFIDENCE)
+    rows = []
+    for mine, theirs in zip(first.values.T, second.values.T, strict=True):
+        samples = [side[np.isfinite(side)] for side in (mine, theirs)]
+        if min(map(len, samples)) < 2:
+            rows.append((np.nan, np.nan, np.nan))
+            continue
+        contrast = independent_contrast(*samples)
+        rows.append((contrast.value, *contrast.estimate.interval(corrected)))
+    value, low, high = np.array(rows).T
+    return ProfileDifference(first, second, value=value, low=low, high=high)
+
+
+def _of_side(side: Side, name: str) -> MeanProfile:
+    points = set(side.trials["point"])
+    if len(points) > 1:
+        raise ChoiceError(
+            f"has {len(points):,} points; choose one, for example"
+            f" {side.study.name}:{side.study.chooser.example}",
+            side.study.name,
+        )
+    return profiles_of_side(side, [name])[0]
+
+
+def profiles_of_side(
+    side: Side, names: Sequence[str] = (), **extent: float | None
+) -> list[MeanProfile]:
+    """Return `mean_profiles` of the points of a side."""
+    points = set(side.trials["point"])
+    return [
+        profile
+        for profile in mean_profiles(side.study, names, **extent)
+        if profile.point in points
+    ]

@@ -1,0 +1,151 @@
+"""The figure of profiles: means along the axis, with bands for the whole curve."""
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+from matplotlib import style
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from sweep.errors import ChoiceError
+from sweep.figures import (
+    COLOURS,
+    GREY,
+    LINE_STYLES,
+    MARKERS,
+    STYLE,
+    Choices,
+    FigureKind,
+    Planned,
+    legend,
+    named,
+    note,
+    select,
+)
+from sweep.methods.profiles.analysis import MeanProfile, mean_profiles
+from sweep.tables import StoredStudy
+
+MOST_LINES = len(COLOURS)
+
+
+def profile_figure(study: StoredStudy, profile: str) -> Figure:
+    """Plot the mean of a profile along its axis, with a line per point.
+
+    Bands are simultaneous 95 % confidence intervals over trials.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    profile : str
+        Name of a recorded profile.
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    ChoiceError
+        If the profile is not stored, or the study has more points than colours.
+    """
+    return draw_profile(study, _lines(study, mean_profiles(study, [profile])))
+
+
+def _lines(study: StoredStudy, means: Sequence[MeanProfile]) -> Sequence[MeanProfile]:
+    if len(means) > MOST_LINES:
+        raise ChoiceError(
+            f"has {len(means):,} points; allowed: up to {MOST_LINES} lines; choose"
+            " with where",
+            study.name,
+            "profiles",
+        )
+    return means
+
+
+def draw_profile(study: StoredStudy, lines: Sequence[MeanProfile]) -> Figure:
+    """Draw the figure of a profile, with one line per point."""
+    first = lines[0]
+    with style.context(STYLE):
+        figure = Figure(figsize=(4.8, 3.9))
+        axes = figure.subplots()
+        for number, line in enumerate(lines):
+            _draw_line(axes, line, number)
+        if first.exponent is not None:
+            axes.set_xscale("log")
+            axes.set_yscale("log")
+        if first.zero is not None:
+            axes.axhline(0.0, color=GREY, lw=0.8, zorder=0)
+        axes.set_xlabel(_with_unit(AXIS_WORDS[first.axis], first.axis_unit))
+        axes.set_ylabel(_with_unit(first.name.replace("_", " "), first.unit))
+        if len(lines) > 1:
+            legend(figure, axes)
+        note(figure, _note(study, lines))
+    return figure
+
+
+AXIS_WORDS = {
+    "distance": "distance",
+    "lag": "lag",
+    "wave number": "wave number",
+    "box": "side of a box",
+    "individual": "individual",
+}
+
+
+def _with_unit(words: str, unit: str) -> str:
+    return f"{words} ({unit.replace('^2', '²')})" if unit else words
+
+
+def _draw_line(axes: Axes, line: MeanProfile, number: int) -> None:
+    colour = COLOURS[number % len(COLOURS)]
+    known = np.isfinite(line.value)
+    at = line.at[known]
+    axes.fill_between(
+        at, line.low[known], line.high[known], color=colour, alpha=0.2, lw=0
+    )
+    axes.plot(
+        at,
+        line.value[known],
+        color=colour,
+        marker=MARKERS[number % len(MARKERS)],
+        linestyle="none" if line.axis == "individual" else _style(number),
+        markersize=3.0,
+        linewidth=0.9,
+        label=named(line.settings.items()),
+    )
+
+
+def _style(number: int) -> str:
+    return str(LINE_STYLES[number % len(LINE_STYLES)])
+
+
+def _note(study: StoredStudy, lines: Sequence[MeanProfile]) -> str:
+    text = (
+        f"{lines[0].text}; means over {study.averaged} of {{n}} trials per"
+        " point; bands: 95 % confidence intervals that hold for all positions together"
+    )
+    return select(study).note(text, [len(line.values) for line in lines], shown=[])
+
+
+def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
+    """Return a figure per profile.
+
+    Raises ChoiceError for a study without profiles.
+    """
+    means = mean_profiles(study, choices.metrics)
+    names = dict.fromkeys(mean.name for mean in means)
+    return [
+        Planned(
+            name,
+            partial(
+                draw_profile,
+                study,
+                _lines(study, [mean for mean in means if mean.name == name]),
+            ),
+        )
+        for name in names
+    ]
+
+
+KIND = FigureKind("a profile along its axis, with a line per point", (), plan)
