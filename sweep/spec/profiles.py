@@ -19,7 +19,7 @@ ANY_PROFILE = next(iter(PROFILES))
 
 @dataclass(frozen=True)
 class RecordedProfile:
-    """A profile, and the extent of its axis."""
+    """Name of a profile, and the extent of the axis."""
 
     name: Annotated[
         str,
@@ -76,7 +76,7 @@ class ProfileOf(Content[RecordedProfile]):
 
     @property
     def sections(self) -> tuple[type[Any], ...]:
-        """The classes whose keys may appear below this key."""
+        """Classes whose keys may appear below this key."""
         return (RecordedProfile,)
 
 
@@ -91,7 +91,7 @@ def written_profiles(profiles: tuple[RecordedProfile, ...]) -> Any:
 def check_profile(
     entry: Entry, recorded: RecordedProfile, known: Catalogue, model: Model
 ) -> None:
-    """Raise SpecError for an unknown profile, or a profile of an unknown kind of boids.
+    """Raise SpecError if a profile or the kind of boids is unknown.
 
     Parameters
     ----------

@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator
 
 from sweep.errors import ChoiceError
 from sweep.figures import (
@@ -74,6 +75,9 @@ def draw_profile(study: StoredStudy, lines: Sequence[MeanProfile]) -> Figure:
         if first.exponent is not None:
             axes.set_xscale("log")
             axes.set_yscale("log")
+            axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axes.xaxis.set_major_formatter("{x:g}")
+            axes.xaxis.set_minor_formatter("")
         if first.zero is not None:
             axes.axhline(0.0, color=GREY, lw=0.8, zorder=0)
         axes.set_xlabel(_with_unit(AXIS_WORDS[first.axis], first.axis_unit))
