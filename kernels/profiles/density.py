@@ -92,13 +92,14 @@ def number_fluctuations(passage: Passage, axis: Floats, values: Floats) -> None:
         Numbers of boxes along a side of the world. The boxes divide the world.
     values : array of float, shape (K,)
         Root of the mean square deviation from the mean number of the frame, over boxes
-        and frames, in boids; NaN without a frame.
+        and frames, in boids; NaN without a boid in any frame.
     """
     frames, n = passage.x.shape
     for k in range(values.size):
         across = int(axis[k])
         counts = np.zeros((across, across), np.int64)
         total = 0.0
+        boxes = 0
         for f in range(frames):
             counts[:] = 0
             inside = 0
@@ -108,10 +109,12 @@ def number_fluctuations(passage: Passage, axis: Floats, values: Floats) -> None:
                 if 0.0 <= x < across and 0.0 <= y < across:
                     counts[int(y), int(x)] += 1
                     inside += 1
+            if inside == 0:
+                continue
+            boxes += across * across
             mean = inside / (across * across)
             for row in range(across):
                 for column in range(across):
                     difference = counts[row, column] - mean
                     total += difference * difference
-        boxes = frames * across * across
         values[k] = math.sqrt(total / boxes) if boxes > 0 else math.nan
