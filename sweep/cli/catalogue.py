@@ -77,7 +77,9 @@ def maps() -> None:
 
 @app.command(rich_help_panel=Group.start)
 def metrics() -> None:
-    """List the metrics with units and sources.
+    """List the metrics and profiles with units and sources.
+
+    A profile is a metric with values along an axis.
 
     Examples
     --------
@@ -85,9 +87,11 @@ def metrics() -> None:
     sweep table my/first --metric speed
     """
     from kernels.metrics import METRICS
-    from sweep.cli.listing import metric_table
+    from kernels.profiles import PROFILES
+    from sweep.cli.listing import metric_table, profile_table
 
     _print(metric_table(), METRICS)
+    _print(profile_table(), PROFILES)
 
 
 @app.command(rich_help_panel=Group.start)

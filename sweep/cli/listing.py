@@ -10,6 +10,7 @@ from kernels.catalogue import Catalogue
 from kernels.metrics import METRICS
 from kernels.model import Model
 from kernels.models import MODELS
+from kernels.profiles import PROFILES
 from kernels.registry import Registry
 from kernels.worlds import MAPS
 from sweep.design import about
@@ -135,6 +136,17 @@ def metric_table() -> Table:
         source = _source(METRICS, name, metric.source)
         values = declaration_of(metric)
         facts = (metric.unit, values.distribution, values.support.words, metric.text)
+        table.add_row(name, *facts, source)
+    return table
+
+
+def profile_table() -> Table:
+    """Return the table of profiles: axes, units and sources."""
+    columns = ("profile", "axis", "unit", "what it is", "source")
+    table = Table(*columns)
+    for name, profile in PROFILES.items():
+        source = _source(PROFILES, name, profile.source)
+        facts = (profile.axis, profile.unit, profile.text)
         table.add_row(name, *facts, source)
     return table
 

@@ -101,6 +101,27 @@ def _check_flocks(study: Study, points: Points) -> None:
             )
 
 
+def _profile_demands(study: Study) -> Iterator[Demand]:
+    """Yield the requirements of the axes of recorded profiles."""
+    for recorded in study.record.profiles:
+        name = recorded.name
+        axis = study.known.profiles[name].axis
+        if recorded.to is None:
+            continue
+        if axis == "distance":
+            yield Demand(
+                f"borders != 'torus' or 2 * {recorded.to} <= min(width, height)",
+                f"{name} goes to {recorded.to:g}, beyond half of the shorter side of a"
+                " torus, where no distance is longer in all directions",
+            )
+        if axis in ("lag", "individual") and not study.known.models[study.model].events:
+            yield Demand(
+                f"2 * {recorded.to} <= steps * dt",
+                f"{name} goes to a lag of {recorded.to:g}, beyond the second half of"
+                " the trial",
+            )
+
+
 def _demands(study: Study) -> Iterator[Demand]:
     """Yield the requirements of starts, every study, recorded metrics and the model."""
     metrics = [study.known.metrics[name] for name in study.record.metrics]
@@ -116,6 +137,7 @@ def _demands(study: Study) -> Iterator[Demand]:
         yield from PIXELS
     for metric in metrics:
         yield from metric.demands
+    yield from _profile_demands(study)
     yield from model.demands
     if any(metric.potential for metric in metrics):
         yield from model.potential_demands

@@ -236,6 +236,8 @@ ARGUMENTS = {
 
 Functions that draw a map or a start may be partial.
 """
+OF_PROFILES = {"measure": "passage, axis, values"}
+"""Arguments of the functions of profiles."""
 COMPILED = ("advance", "measure")
 """The functions that run in every step or frame."""
 
@@ -246,7 +248,8 @@ def _check_functions(file: str, name: str, entry: Any) -> None:
     Such a function reads an undefined name, is not compiled though it must be, or takes
     the wrong number of arguments.
     """
-    for field in ARGUMENTS.keys() & set(entry._fields):
+    expected = OF_PROFILES if isinstance(entry, Profile) else ARGUMENTS
+    for field in expected.keys() & set(entry._fields):
         function = getattr(entry, field)
         plain = getattr(function, "py_func", function)
         if function is None or not isinstance(plain, FunctionType):
@@ -258,7 +261,7 @@ def _check_functions(file: str, name: str, entry: Any) -> None:
         where = f"{file}, line {line}: {plain.__name__}"
         if field in COMPILED and not is_compiled(function):
             raise CodeError(f"{where} is not compiled: write @jit above it")
-        arguments = ARGUMENTS[field].split(", ")
+        arguments = expected[field].split(", ")
         taken = plain.__code__.co_argcount
         if taken != len(arguments):
             raise CodeError(

@@ -175,8 +175,14 @@ def _mean_profile(
         inside &= at >= start
     if stop is not None:
         inside &= at <= stop
-    slopes = [_exponent(at[inside], row[inside], profile.exponent) for row in values]
-    zeros = [_zero(at[inside], row[inside]) for row in values]
+    used = values[:, inside]
+    exponent = None
+    if profile.exponent:
+        slopes = [_exponent(at[inside], row, profile.exponent) for row in used]
+        exponent = mean_interval(slopes)
+    zero = None
+    if profile.zero:
+        zero = mean_interval([_zero(at[inside], row) for row in used])
     return MeanProfile(
         name,
         profile.text,
@@ -190,8 +196,8 @@ def _mean_profile(
         value=value,
         low=low,
         high=high,
-        exponent=mean_interval(slopes) if profile.exponent else None,
-        zero=mean_interval(zeros) if profile.zero else None,
+        exponent=exponent,
+        zero=zero,
     )
 
 

@@ -1,0 +1,395 @@
+"""Profiles of a study: from the spec to tables, reports, figures and comparisons."""
+
+import json
+import textwrap
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from numpy.typing import NDArray
+
+from kernels.profiles import PROFILES
+from sweep import load
+from sweep.analysis import mean_interval, simultaneous_confidence
+from sweep.design import Job, Jobs, expand
+from sweep.errors import ChoiceError, SpecError
+from sweep.figures import profile_figure
+from sweep.methods.profiles import mean_profiles
+from sweep.own_code import load_spec, study_of
+from sweep.trial import run, simulation
+from tests.commands import sweep
+from tests.naive import profiles as naive
+from tests.naive.profiles import Way
+from tests.recordings.tracks import written
+
+Floats = NDArray[np.float64]
+SPEC = """\
+study: my/profiles
+model: vicsek1995
+sweep: {noise: [0.5, 3]}
+fixed: {n: 30, steps: 60}
+replicates: 3
+record:
+  metrics: [polarization]
+  every: 2
+  trajectories: true
+  profiles:
+    - {name: pair_distribution, to: 2, bins: 8}
+    - {name: velocity_correlation_function, to: 2, bins: 6}
+    - {name: structure_factor, bins: 4}
+    - {name: number_fluctuations, bins: 3}
+    - {name: mean_squared_displacement, to: 20, bins: 4}
+    - neighbour_overlap
+    - {name: directional_delay, to: 6}
+"""
+
+
+def launched(folder: Path, spec: Mapping[str, Any]) -> str:
+    """What a launch of a spec in a folder says."""
+    (folder / "launched.yaml").write_text(json.dumps(spec), encoding="utf-8")
+    ended = sweep(folder, "launch", "launched.yaml")
+    assert ended.returncode == 0, ended.stderr
+    return ended.stdout + ended.stderr
+
+
+def jobs_of(spec: Mapping[str, Any], path: Path | None = None) -> list[Job]:
+    study = study_of(spec, path) if path else study_of(spec)
+    jobs = Jobs(study, expand(study))
+    return [jobs.at(place) for place in range(len(jobs))]
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("profiles")
+    (folder / "spec.yaml").write_text(SPEC, encoding="utf-8")
+    assert sweep(folder, "launch", "spec.yaml").returncode == 0
+    return folder
+
+
+def test_values_are_those_of_the_averaged_frames(lab: Path) -> None:
+    """The twins read the stored trajectories of the second half."""
+    study = load("my/profiles", lab / "results")
+    trial = study.profiles.iloc[0]
+    frames = study.trajectories.query("trial_id == @trial.trial_id and frame > 30")
+    bodies = np.array(
+        [np.stack(frames[name].tolist()) for name in ("x", "y", "vx", "vy")]
+    ).transpose(1, 0, 2)
+    side = float(study.trials["width"].iloc[0])
+    way = Way(bodies, side, side, periodic=True)
+    axes = {
+        "pair_distribution": np.linspace(0.0, 2.0, 9),
+        "velocity_correlation_function": np.linspace(0.0, 2.0, 7),
+        "structure_factor": np.linspace(0.5, 4.5, 5) * 2 * np.pi / side,
+        "number_fluctuations": np.array([4.0, 3.0, 2.0]),
+        "mean_squared_displacement": np.array([1.0, 2.0, 5.0, 10.0]),
+        "neighbour_overlap": np.array([1.0, 2.0, 3.0]),
+        "directional_delay": np.arange(4.0),
+    }
+    for name, axis in axes.items():
+        twin: Callable[..., Floats] = getattr(naive, name)
+        expected = twin(way, axis) * (2.0 if PROFILES[name].in_time else 1.0)
+        np.testing.assert_allclose(trial[name], expected, rtol=1e-9, err_msg=name)
+    at = {name: trial[f"{name}_at"].tolist() for name in axes}
+    assert at["pair_distribution"] == pytest.approx(np.arange(8) / 4 + 0.125)
+    assert at["number_fluctuations"] == pytest.approx([side / 4, side / 3, side / 2])
+    assert at["mean_squared_displacement"] == [2.0, 4.0, 10.0, 20.0]
+    assert at["directional_delay"] == list(range(30))
+
+
+def test_trials_run_again_have_the_bits_of_stored_profiles(lab: Path) -> None:
+    """Trials of a batch fly together; `verify` runs each alone."""
+    ended = sweep(lab, "verify", "my/profiles", "--fraction", "1")
+    assert "6 of 6 bitwise identical" in ended.stdout
+
+
+def test_profiles_do_not_depend_on_kernel_calls(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    job = jobs_of({**parsed(SPEC), "study": "a/b"})[0]
+    whole = run(job).profiles
+    monkeypatch.setattr(simulation, "BOID_STEPS_A_CALL", 100)
+    for name, values in run(job).profiles.items():
+        assert values.value.tobytes() == whole[name].value.tobytes()
+
+
+def parsed(text: str) -> dict[str, Any]:
+    from sweep.spec import parse_document
+
+    value: dict[str, Any] = parse_document(text, Path("spec.yaml")).value
+    return value
+
+
+def test_a_trial_without_trajectories_stores_none() -> None:
+    spec = parsed(SPEC)
+    del spec["record"]["trajectories"]
+    result = run(jobs_of(spec)[0])
+    assert result.trajectory is None
+    assert result.states is None
+    assert set(result.profiles) == {
+        entry if isinstance(entry, str) else entry["name"]
+        for entry in spec["record"]["profiles"]
+    }
+
+
+def test_fewer_profiles_run_no_trial_again(tmp_path: Path) -> None:
+    spec = parsed(SPEC)
+    spec["record"]["profiles"] = ["neighbour_overlap", "number_fluctuations"]
+    assert "6 new trials" in launched(tmp_path, spec)
+    spec["record"]["profiles"] = ["number_fluctuations"]
+    assert "6 new trials" not in launched(tmp_path, spec)
+    spec["record"]["profiles"] = [{"name": "number_fluctuations", "bins": 4}]
+    assert "6 new trials" in launched(tmp_path, spec)
+
+
+@pytest.mark.parametrize(
+    ("record", "said"),
+    [
+        ({"profiles": ["pair_distributon"]}, 'did you mean "pair_distribution"?'),
+        ({"profiles": ["polarization"]}, 'has no axis: list it under "metrics"'),
+        ({"profiles": ["pair_distribution_of_sheep"]}, "with the kind sheep"),
+        (
+            {"profiles": [{"name": "number_fluctuations", "to": 3}]},
+            '"to" has no effect on number_fluctuations',
+        ),
+        ({"profiles": [{"name": "pair_distribution", "to": -1}]}, "above 0"),
+        ({"profiles": [{"name": "pair_distribution", "bin": 3}]}, '"bins"?'),
+        (
+            {"profiles": ["pair_distribution", {"name": "pair_distribution", "to": 1}]},
+            "listed twice: pair_distribution",
+        ),
+        (
+            {"profiles": ["pair_distribution"], "last_states": True},
+            "keep no positions of earlier steps",
+        ),
+        ({"metrics": ["pair_distribution"]}, "pair_distribution"),
+    ],
+)
+def test_a_wrong_profile_is_an_error(record: Mapping[str, Any], said: str) -> None:
+    with pytest.raises(SpecError) as caught:
+        study_of(parsed(SPEC) | {"record": record})
+    assert said in str(caught.value)
+
+
+def test_a_distance_beyond_half_of_a_torus_is_an_error() -> None:
+    spec = parsed(SPEC)
+    spec["record"]["profiles"] = [{"name": "pair_distribution", "to": 1000}]
+    with pytest.raises(SpecError, match="half of the shorter side"):
+        expand(study_of(spec))
+
+
+def test_a_profile_of_a_kind_leaves_the_others_out() -> None:
+    spec = {
+        "study": "a/b",
+        "model": "strombom2014",
+        "fixed": {"n": 9, "steps": 20},
+        "replicates": 1,
+        "record": {
+            "trajectories": True,
+            "profiles": [{"name": "pair_distribution_of_sheep", "to": 30, "bins": 5}],
+        },
+    }
+    job = jobs_of(spec)[0]
+    result = run(job)
+    assert result.trajectory is not None
+    assert result.frames is not None
+    sheep = result.trajectory[result.frames > 10][:, :, :-1]
+    sides = (float(job.settings["width"]), float(job.settings["height"]))
+    periodic = job.settings["borders"] == "torus"
+    expected = naive.pair_distribution(
+        Way(sheep, *sides, periodic), np.linspace(0.0, 30.0, 6)
+    )
+    values = result.profiles["pair_distribution_of_sheep"].value
+    np.testing.assert_allclose(values, expected, rtol=1e-9)
+
+
+OWN = textwrap.dedent(
+    '''
+    """Profiles of users."""
+
+    from kernels.jit import jit
+    from kernels.profiles import Profile
+
+
+    @jit
+    def spread(passage, axis, values):
+        """Write the largest x in a frame."""
+        for k in range(values.size):
+            values[k] = 0.0
+            for i in range(passage.x.shape[1]):
+                values[k] = max(values[k], passage.x[int(axis[k]), i])
+
+
+    PROFILES = {
+        "largest_x": Profile(
+            spread, axis="lag", unit="length", text="largest x", source="ours"
+        )
+    }
+    '''
+)
+
+
+def test_a_file_next_to_the_spec_adds_a_profile(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(OWN, encoding="utf-8")
+    spec = parsed(SPEC)
+    spec["record"] = {"profiles": [{"name": "./mine.py", "to": 3}]}
+    launched(tmp_path, spec)
+    stored = load("my/profiles", tmp_path / "results")
+    assert stored.profiles["largest_x_at"][0].tolist() == [1.0, 2.0, 3.0]
+    found = mean_profiles(stored)
+    assert found[0].text == "largest x"
+    assert found[0].unit == "r"
+
+
+def test_a_profile_with_an_unknown_axis_is_an_error(tmp_path: Path) -> None:
+    text = OWN.replace('axis="lag"', 'axis="time"')
+    (tmp_path / "mine.py").write_text(text, encoding="utf-8")
+    spec = parsed(SPEC) | {"record": {"profiles": ["./mine.py"]}}
+    with pytest.raises(SpecError, match='has the axis "time"; allowed: "distance", "lag"'):
+        study_of(spec, tmp_path / "spec.yaml")
+
+
+def test_few_trials_have_bonferroni_intervals(lab: Path) -> None:
+    study = load("my/profiles", lab / "results")
+    (low, high) = mean_profiles(study, ["pair_distribution"])
+    assert (low.settings, high.settings) == ({"noise": 0.5}, {"noise": 3.0})
+    confidence = simultaneous_confidence(8)
+    for k, column in enumerate(low.values.T):
+        interval = mean_interval(column, confidence)
+        assert low.value[k] == interval.value
+        assert low.low[k] == max(interval.low, 0.0)
+        assert low.high[k] == interval.high
+
+
+def test_the_exponent_of_a_straight_way_is_two(lab: Path) -> None:
+    """At low noise boids move almost straight on."""
+    study = load("my/profiles", lab / "results")
+    ordered, noisy = mean_profiles(study, ["mean_squared_displacement"])
+    assert ordered.exponent is not None
+    assert noisy.exponent is not None
+    assert 1.95 < ordered.exponent.value <= 2.0
+    assert noisy.exponent.value < ordered.exponent.value
+    at = np.log(ordered.at)
+    fits = [np.polyfit(at, np.log(row), 1)[0] for row in ordered.values]
+    assert ordered.exponent.value == pytest.approx(np.mean(fits))
+    part = mean_profiles(study, ["mean_squared_displacement"], start=4.0, stop=20.0)[0]
+    fits = [np.polyfit(at[1:], np.log(row[1:]), 1)[0] for row in ordered.values]
+    assert part.exponent is not None
+    assert part.exponent.value == pytest.approx(np.mean(fits))
+
+
+def test_the_correlation_length_is_the_first_zero(lab: Path) -> None:
+    study = load("my/profiles", lab / "results")
+    mean = mean_profiles(study, ["velocity_correlation_function"])[0]
+    zeros = []
+    for row in mean.values:
+        signs = np.flatnonzero(row <= 0.0)
+        if signs.size and signs[0] > 0:
+            k = signs[0]
+            slope = (row[k] - row[k - 1]) / (mean.at[k] - mean.at[k - 1])
+            zeros.append(mean.at[k - 1] - row[k - 1] / slope)
+    assert mean.zero is not None
+    assert mean.zero.n == len(zeros) > 0
+    assert mean.zero.value == pytest.approx(np.mean(zeros))
+
+
+def test_the_command_prints_means_and_exponents(lab: Path) -> None:
+    text = sweep(lab, "profiles", "my/profiles:noise=3").stdout
+    assert "my/profiles: pair_distribution" in text
+    assert "exponent" in text
+    assert "correlation length" in text
+    assert "│ 0.5 " not in text
+    facts = json.loads(sweep(lab, "profiles", "my/profiles", "--json").stdout)
+    assert {row["quantity"] for row in facts["derived"]} == {
+        "exponent",
+        "correlation length",
+    }
+    names = {row["profile"] for row in facts["profiles"]}
+    assert len(names) == 7
+    ended = sweep(lab, "profiles", "my/profiles", "--profile", "pair")
+    assert ended.returncode != 0
+    assert 'unknown profile "pair"' in ended.stderr
+
+
+def test_two_points_are_compared_at_each_position(lab: Path) -> None:
+    sides = ("my/profiles:noise=0.5", "my/profiles:noise=3")
+    text = sweep(lab, "profiles", *sides, "--json").stdout
+    rows = pd.DataFrame(json.loads(text)["differences"])
+    assert set(rows["profile"]) == set(PROFILES) - {"directional_delay"}
+    moved = rows[rows["profile"] == "mean_squared_displacement"]
+    assert moved["differs"].all()
+    assert (moved["difference"] == moved["b"] - moved["a"]).all()
+    ended = sweep(lab, "profiles", "my/profiles", "my/profiles:noise=3")
+    assert "has 2 points; choose one, for example my/profiles:noise=0.5" in ended.stderr
+
+
+def test_other_positions_are_not_compared(lab: Path) -> None:
+    spec = parsed(SPEC) | {"study": "my/others"}
+    spec["record"]["profiles"] = [{"name": "pair_distribution", "to": 1, "bins": 8}]
+    launched(lab, spec)
+    sides = ("my/profiles:noise=3", "my/others:noise=3")
+    ended = sweep(lab, "profiles", *sides)
+    assert "pair_distribution has other positions in A than in B" in ended.stderr
+
+
+def test_a_recording_is_compared_with_a_model(tmp_path: Path) -> None:
+    """A quarter of an hour of a new user: tracks, a model, one command."""
+    random = np.random.default_rng(3)
+    rows = []
+    for event in range(4):
+        way = random.random((2, 6)) * 4 + random.normal(0, 0.05, (30, 2, 6)).cumsum(0)
+        rows += [
+            (animal, frame / 10, *way[frame, :, animal], event)
+            for frame in range(30)
+            for animal in range(6)
+            if (frame, animal, event) != (7, 2, 1)
+        ]
+    written(tmp_path, rows, "id,t,x,y,event")
+    record = {"profiles": [{"name": "mean_squared_displacement", "to": 1, "bins": 3}]}
+    recording = {"files": ["tracks.csv"], "time_step": 0.1}
+    recording["columns"] = {"event": "event"}
+    spec = {"study": "lab/tracks", "recording": recording, "record": record}
+    (tmp_path / "tracks.yaml").write_text(json.dumps(spec), encoding="utf-8")
+    model = {
+        "study": "my/model",
+        "model": "couzin2002",
+        "fixed": {"n": 6, "steps": 60, "dt": 0.1},
+        "replicates": 4,
+        "record": record,
+    }
+    (tmp_path / "model.yaml").write_text(json.dumps(model), encoding="utf-8")
+    for name in ("tracks", "model"):
+        ended = sweep(tmp_path, "launch", f"{name}.yaml")
+        assert ended.returncode == 0, ended.stderr
+    tracks = load("lab/tracks", tmp_path / "results")
+    event = load_spec(tmp_path / "tracks.yaml")
+    bodies = run(Jobs(event, expand(event)).at(0)).profiles
+    name = "mean_squared_displacement"
+    assert bodies[name].value.tobytes() == tracks.profiles[name][0].tobytes()
+    ended = sweep(tmp_path, "profiles", "lab/tracks", "my/model")
+    assert "mean_squared_displacement is in m^2 in A" in ended.stderr
+
+
+def test_the_figure_has_a_line_and_a_band_per_point(lab: Path) -> None:
+    study = load("my/profiles", lab / "results")
+    figure = profile_figure(study, "mean_squared_displacement")
+    (axes,) = figure.axes
+    assert axes.get_xscale() == "log"
+    assert axes.get_xlabel() == "lag (step)"
+    assert axes.get_ylabel() == "mean squared displacement (r²)"
+    assert len(axes.lines) == 2
+    assert len(axes.collections) == 2
+    with pytest.raises(ChoiceError, match="unknown profile"):
+        profile_figure(study, "polarization")
+
+
+def test_a_study_without_profiles_says_how_to_record_them(tmp_path: Path) -> None:
+    spec = parsed(SPEC)
+    spec["record"] = {"metrics": ["polarization"]}
+    launched(tmp_path, spec)
+    study = load("my/profiles", tmp_path / "results")
+    assert study.profiles.empty
+    with pytest.raises(ChoiceError, match=r"record: \{profiles: \[...\]\}"):
+        mean_profiles(study)
