@@ -11,6 +11,7 @@ import pyarrow as pa
 import typer.main
 
 from kernels.metrics import METRICS, Metric
+from kernels.profiles import PROFILES
 from kernels.starts import STARTS
 from kernels.worlds import MAPS
 from sweep import cli
@@ -150,9 +151,13 @@ def metrics_page() -> str:
         )
         for name, one in METRICS.items()
     ]
+    profiles = [
+        (code(name), one.text, one.axis, one.unit, one.source)
+        for name, one in PROFILES.items()
+    ]
     formulas = "".join(
         f"\n### {code(name)}\n\n{one.formula}\n"
-        for name, one in METRICS.items()
+        for name, one in (*METRICS.items(), *PROFILES.items())
         if one.formula
     )
     return (
@@ -164,6 +169,9 @@ def metrics_page() -> str:
         " of the values from trial to trial selects [the confidence interval of the"
         " mean](../explanations/intervals.md). `sweep metrics` prints this list.\n\n"
         + table(head, rows)
+        + "\n## Profiles\n\nA [profile](../guide/profiles.md) is a metric with a value at"
+        " each position along an axis.\n\n"
+        + table(["profile", "what it is", "axis", "unit", "source"], profiles)
         + "\n## Definitions\n\nBoid $i$ of $N$ has the position $p_i$ and the velocity"
         " $v_i$. $\\bar p$ is the mean position.\n" + formulas
     )

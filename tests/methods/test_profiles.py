@@ -247,7 +247,9 @@ def test_a_profile_with_an_unknown_axis_is_an_error(tmp_path: Path) -> None:
     text = OWN.replace('axis="lag"', 'axis="time"')
     (tmp_path / "mine.py").write_text(text, encoding="utf-8")
     spec = parsed(SPEC) | {"record": {"profiles": ["./mine.py"]}}
-    with pytest.raises(SpecError, match='has the axis "time"; allowed: "distance", "lag"'):
+    with pytest.raises(
+        SpecError, match='has the axis "time"; allowed: "distance", "lag"'
+    ):
         study_of(spec, tmp_path / "spec.yaml")
 
 
@@ -300,7 +302,7 @@ def test_the_command_prints_means_and_exponents(lab: Path) -> None:
     assert "my/profiles: pair_distribution" in text
     assert "exponent" in text
     assert "correlation length" in text
-    assert "│ 0.5 " not in text
+    assert "\n│ 0.5 " not in text
     facts = json.loads(sweep(lab, "profiles", "my/profiles", "--json").stdout)
     assert {row["quantity"] for row in facts["derived"]} == {
         "exponent",
