@@ -169,8 +169,8 @@ def metrics_page() -> str:
         " of the values from trial to trial selects [the confidence interval of the"
         " mean](../explanations/intervals.md). `sweep metrics` prints this list.\n\n"
         + table(head, rows)
-        + "\n## Profiles\n\nA [profile](../guide/profiles.md) is a metric with a value at"
-        " each position along an axis.\n\n"
+        + "\n## Profiles\n\nA [profile](../guide/profiles.md) is a metric with a value"
+        " at each position along an axis.\n\n"
         + table(["profile", "what it is", "axis", "unit", "source"], profiles)
         + "\n## Definitions\n\nBoid $i$ of $N$ has the position $p_i$ and the velocity"
         " $v_i$. $\\bar p$ is the mean position.\n" + formulas

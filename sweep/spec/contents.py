@@ -314,6 +314,16 @@ class ListOf(Content[tuple[T, ...]]):
         """Return the list for a spec."""
         return [self.item.write(element) for element in value]
 
+    @property
+    def sections(self) -> tuple[type[Any], ...]:
+        """The classes with the keys of an item."""
+        return self.item.sections
+
+    @property
+    def inside(self) -> str:
+        """The path from this key to the keys of an item."""
+        return "[]" if self.sections else ""
+
 
 @dataclass(frozen=True)
 class ReadLater(Content[Entry]):
