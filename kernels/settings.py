@@ -16,8 +16,6 @@ from typing import Annotated, Any, Literal, NamedTuple, get_args
 Unit = Literal[
     "",
     "length",
-    "length^2",
-    "1/length",
     "time",
     "length/time",
     "length/time^2",

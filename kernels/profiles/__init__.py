@@ -15,10 +15,10 @@ from collections.abc import Iterable, Mapping
 from kernels.metrics.parts import OF
 from kernels.model import WORKING
 from kernels.profiles import density, motion, pairs
-from kernels.profiles.passage import Axis, Passage, Profile
+from kernels.profiles.passage import PROFILE_UNITS, Axis, Passage, Profile
 from kernels.registry import Registry
 
-__all__ = ["PROFILES", "Axis", "Passage", "Profile", "of_part"]
+__all__ = ["PROFILES", "PROFILE_UNITS", "Axis", "Passage", "Profile", "of_part"]
 
 
 def of_part(

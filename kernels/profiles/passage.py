@@ -4,11 +4,13 @@ import math
 from collections.abc import Callable
 from typing import Literal, NamedTuple
 
-from kernels.settings import Unit
+from kernels.settings import UNITS
 from kernels.state import Floats
 
 Axis = Literal["distance", "lag", "wave number", "box", "individual"]
 """Quantity along which a profile has values."""
+PROFILE_UNITS = (*UNITS, "length^2")
+"""Units of profiles. Stamps of custom code cover UNITS, which thus stay as they are."""
 
 
 class Passage(NamedTuple):
@@ -47,7 +49,7 @@ class Profile(NamedTuple):
         individual the axis has the lags in frames, and K is the number of boids.
     axis : Axis
     unit : str
-        Unit of the values, "" for none.
+        One of PROFILE_UNITS, "" for none.
     text : str
         Description in a few words.
     source : str
@@ -70,7 +72,7 @@ class Profile(NamedTuple):
 
     measure: Callable[[Passage, Floats, Floats], None]
     axis: Axis
-    unit: Unit
+    unit: str
     text: str
     source: str
     formula: str = ""

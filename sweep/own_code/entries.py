@@ -22,7 +22,7 @@ from typing import (
 from kernels.identity import is_compiled, without_stamp
 from kernels.metrics import Better, Distribution, Metric, Range
 from kernels.model import Model, flaw
-from kernels.profiles import Axis, Profile
+from kernels.profiles import PROFILE_UNITS, Axis, Profile
 from kernels.settings import UNITS, About
 from kernels.starts import Start
 from kernels.worlds import Map
@@ -121,8 +121,8 @@ def wrong_profile(profile: Profile) -> str:
     axes = get_args(Axis)
     if profile.axis not in axes:
         return f'has the axis "{profile.axis}"; allowed: {_listed(axes)}'
-    if profile.unit not in UNITS:
-        return f'has the unit "{profile.unit}"; allowed: {_listed(UNITS)}'
+    if profile.unit not in PROFILE_UNITS:
+        return f'has the unit "{profile.unit}"; allowed: {_listed(PROFILE_UNITS)}'
     return ""
 
 

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from kernels.model import Model
 from kernels.profiles import Axis
-from kernels.settings import Unit
 from sweep.design import Job, LastFlock
 from sweep.spec import (
     DIRECTION,
@@ -46,7 +45,7 @@ EXTENT = b"extent"
 """Key of the wanted extent of the axis of a profile, in the metadata of its column."""
 AT = "_at"
 """Ending of the column with the positions of the values of a profile."""
-AXIS_UNITS: Mapping[Axis, Unit] = MappingProxyType(
+AXIS_UNITS: Mapping[Axis, str] = MappingProxyType(
     {
         "distance": "length",
         "lag": "time",

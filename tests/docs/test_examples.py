@@ -121,6 +121,13 @@ sweep:
 replicates: 4
 record: {metrics: [speed]}
 """,
+    """
+study: my/profiles
+model: vicsek1995
+fixed: {n: 20, steps: 20}
+replicates: 2
+record: {metrics: [polarization], profiles: [pair_distribution]}
+""",
 ]
 """Specs of small studies for the methods of `LoadedStudy`, one for each method."""
 UNSTATED = 'source="not stated"', 'source=""'

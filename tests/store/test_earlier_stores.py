@@ -49,6 +49,7 @@ def content_of_then(study: Study, *_: object) -> list[Any]:
     }
     assert record.pop("derive") == ()  # keys that it did not know
     assert record.pop("last_states") is False
+    assert record.pop("profiles") == ()
     assert record.pop("last_flocks") is False
     if not study.record.trajectories:
         del record["trajectories"]
