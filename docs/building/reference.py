@@ -155,10 +155,12 @@ def metrics_page() -> str:
         (code(name), one.text, one.axis, one.unit, one.source)
         for name, one in PROFILES.items()
     ]
+    defined = {name: one.formula for name, one in METRICS.items()}
+    defined |= {name: one.formula for name, one in PROFILES.items()}
     formulas = "".join(
-        f"\n### {code(name)}\n\n{one.formula}\n"
-        for name, one in (*METRICS.items(), *PROFILES.items())
-        if one.formula
+        f"\n### {code(name)}\n\n{formula}\n"
+        for name, formula in defined.items()
+        if formula
     )
     return (
         "# Metrics\n\nA metric is one number for each recorded frame of a trial. Tables"
