@@ -92,7 +92,7 @@ def _section(file: str, facts: Survey) -> dict[str, Any]:
         "columns": facts.columns,
         **delimiter,
         **({"time_step": facts.time_step} if facts.time_step else {}),
-        "length": RecordingSpec.length,
+        "length": facts.length or RecordingSpec.length,
         "scale": 1,
         "gaps": 0 if facts.is_regular else 2 * (facts.time_step or 0.0),
         **velocities,

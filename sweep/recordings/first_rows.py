@@ -1,6 +1,7 @@
 """First rows of a file of tracks: which columns it has, and how far apart times are."""
 
 import csv
+import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -16,17 +17,28 @@ from sweep.recordings.rows import DELIMITERS, check_columns, numbers, texts, tim
 from sweep.spec import Delimiter, Document, Entry
 
 USUAL: dict[str, tuple[str, ...]] = {
-    "individual": ("id", "individual", "individuals", "animal", "boid", "agent"),
-    "time": ("t", "time", "seconds"),
-    "frame": ("frame", "frames", "frame_number"),
-    "x": ("x", "px", "pos_x", "x_m", "x_cm", "x_px"),
-    "y": ("y", "py", "pos_y", "y_m", "y_cm", "y_px"),
+    "individual": (
+        *("id", "individual", "individuals", "individual_id", "animal", "animal_id"),
+        *("subject", "identity", "agent", "boid", "robot", "robot_id", "drone"),
+        *("fish", "bird", "sheep", "ant", "bee", "locust", "mouse", "fly"),
+        *("track", "track_id", "tag", "tag_id", "individual_local_identifier"),
+    ),
+    "time": ("t", "time", "seconds", "sec", "timestamp", "datetime"),
+    "frame": ("frame", "frames", "frame_number", "frame_id"),
+    "x": ("x", "px", "pos_x", "x_pos", "x_position", "position_x", "easting"),
+    "y": ("y", "py", "pos_y", "y_pos", "y_position", "position_y", "northing"),
     "vx": ("vx", "v_x", "velocity_x"),
     "vy": ("vy", "v_y", "velocity_y"),
-    "event": ("event", "trial", "trial_id", "session"),
-    "kind": ("kind", "species"),
+    "event": (
+        *("event", "event_id", "trial", "trial_id", "session", "session_id"),
+        *("video", "run", "recording", "replicate"),
+    ),
+    "kind": ("kind", "species", "type"),
 }
-"""Usual names of each column, in small letters."""
+"""Usual names of each column, without capital letters and units."""
+LENGTHS = ("m", "cm", "mm", "km", "px")
+UNITS = re.compile(rf"(?P<name>.+?)_+(?P<unit>s|{'|'.join(LENGTHS)})_*")
+"""Name of a column that ends with a unit, such as x_cm."""
 NEEDED = ("individual", "x", "y")
 DIGITS = 12
 """Digits of a time step that is computed from times in a file."""
@@ -55,6 +67,8 @@ class Survey(NamedTuple):
         Numbers of rows and of individuals among the first rows.
     width, height : float
         Extent of the positions.
+    length : str
+        Unit of length in the name of the column x; "" without a unit.
     """
 
     columns: dict[str, str]
@@ -66,6 +80,7 @@ class Survey(NamedTuple):
     individuals: int
     width: float
     height: float
+    length: str
 
 
 def survey(path: Path) -> Survey:
@@ -124,6 +139,7 @@ def survey(path: Path) -> Survey:
         individuals=len(individuals.dictionary),
         width=float(np.nanmax(x) - np.nanmin(x)),
         height=float(np.nanmax(y) - np.nanmin(y)),
+        length=_plain(columns["x"])[1],
     )
 
 
@@ -154,8 +170,11 @@ def _delimiter(path: Path) -> Delimiter:
 
 
 def _columns(path: Path, present: Sequence[str]) -> dict[str, str]:
-    """Return the present columns with usual names, by key."""
-    by_name = {name.strip().lower(): name for name in present}
+    """Return the present columns with usual names, by key.
+
+    Of two columns with equal plain names, the first counts.
+    """
+    by_name = {_plain(name)[0]: name for name in present[::-1]}
     columns = {
         key: by_name[name]
         for key, names in USUAL.items()
@@ -171,10 +190,20 @@ def _columns(path: Path, present: Sequence[str]) -> dict[str, str]:
     if lacking:
         raise SpecError(
             f"{path}: no column has a usual name of {', '.join(lacking)}; the columns"
-            f" are {', '.join(present)}. Rename columns, or write the spec by hand"
-            " (`sweep guide recordings`)"
+            f" are {', '.join(present)}. Rename columns, or write a spec with `columns:"
+            f" {{{lacking[0]}: {present[0]}}}` by hand (`sweep guide recordings`)"
         )
     return columns
+
+
+def _plain(name: str) -> tuple[str, str]:
+    """Return the name of a column in small letters, without a unit, and the unit.
+
+    The unit is "" for a name without one. `X (cm)` and `x_cm` are both x in cm.
+    """
+    plain = re.sub(r"[^0-9a-z]+", "_", name.strip().lower())
+    match = UNITS.fullmatch(plain)
+    return (match["name"], match["unit"]) if match else (plain.strip("_"), "")
 
 
 def _passed(

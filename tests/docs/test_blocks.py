@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
-from shutil import copytree
+from shutil import copy, copytree
 from tempfile import TemporaryDirectory
 
 import pytest
@@ -17,6 +17,7 @@ from sweep.cli import app
 from sweep.design.design import expand
 from sweep.own_code.reading import load_specs
 from sweep.spec.settings import settings_of
+from tests import ROOT
 from tests.cases import slow_but
 from tests.commands import run_trials_here, sweep
 from tests.plotted import SEARCHED
@@ -31,6 +32,7 @@ LONG = {
     "docs/tutorials/one-question.md",
     "docs/tutorials/own-model.md",
     "docs/tutorials/phase-diagram.md",
+    "docs/tutorials/recorded-school.md",
     "docs/tutorials/search.md",
 }
 """Pages whose trials, or whose compilation, take more than some seconds."""
@@ -120,6 +122,8 @@ def run_in(
         if page == "README.md":
             few = RECORDED.replace("replicates: 10", "replicates: 4")
             launched(few, tmp_path / "results")
+        if page == "docs/tutorials/recorded-school.md":
+            copy(ROOT / "examples" / "school.csv", tmp_path)
         if page.startswith(GUIDE):
             stored = request.getfixturevalue("stored")
             copytree(stored, tmp_path, dirs_exist_ok=True)

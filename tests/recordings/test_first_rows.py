@@ -45,6 +45,23 @@ def test_the_spec_is_a_study_of_the_file(tmp_path: Path) -> None:
         assert f"  {line}" in text
 
 
+@pytest.mark.parametrize(
+    ("header", "length"),
+    [
+        ("Seconds,Fish,X (cm),Y (cm)", "cm"),
+        ("timestamp,individual-local-identifier,easting,northing", "m"),
+        ("time_s,track_id,pos_x_mm,pos_y_mm", "mm"),
+    ],
+)
+def test_names_with_units_and_other_signs_are_found(
+    header: str, length: str, tmp_path: Path
+) -> None:
+    begun = begin_with_recording(tracks(tmp_path, header), tmp_path / "herd.yaml")
+    study = load_spec(begun.path)
+    assert study.preset_settings["dt"] == 0.04
+    assert study.known.models[study.model].length == length
+
+
 def test_irregular_times_and_other_delimiters_are_found(tmp_path: Path) -> None:
     file = tmp_path / "t.csv"
     rows = "".join(f"a;{time};1;1\n" for time in (0, 0.11, 0.2, 0.3, 0.4))
