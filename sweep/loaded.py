@@ -382,8 +382,8 @@ class LoadedStudy(StoredStudy):
         path : Path or str
             The new file; its ending determines the format: .parquet, .csv, .nc
             (netCDF) or .arrow.
-        table : {"trials", "series", "heatmaps", "trajectories"}, default "trials"
-            The table.
+        table : str, default "trials"
+            "trials", "series", "heatmaps", "profiles" or "trajectories".
         trials : str or sequence of str, optional
             Ids of trials, or their beginnings; by default all trials.
         columns : str or sequence of str, optional
@@ -423,8 +423,8 @@ class LoadedStudy(StoredStudy):
 
         Parameters
         ----------
-        table : {"trials", "series", "heatmaps", "trajectories"}, default "trials"
-            The table.
+        table : str, default "trials"
+            "trials", "series", "heatmaps" or "trajectories".
 
         Returns
         -------

@@ -37,6 +37,7 @@ class Exportable(StrEnum):
     trials = "trials"
     series = "series"
     heatmaps = "heatmaps"
+    profiles = "profiles"
     trajectories = "trajectories"
 
 

@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from sweep.tables.exporting import ordered_rows
+from sweep.tables.exporting import check_arrays, ordered_rows
 from sweep.tables.netcdf import check_xarray, dataset, room
 from sweep.tables.stored_study import StoredStudy
 
@@ -60,6 +60,7 @@ def to_arrays(study: StoredStudy, table: str = "trials") -> "xr.Dataset":
     not installed.
     """
     check_xarray()
+    check_arrays(study, table)
     import xarray as xr
 
     by_trial = dataset(ordered_rows(study, table), study)

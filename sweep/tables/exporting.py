@@ -16,7 +16,7 @@ import pyarrow.compute as pc
 
 from sweep.errors import ChoiceError
 from sweep.spec import columns_of
-from sweep.store import PROVENANCE, table_writer
+from sweep.store import AT, PROVENANCE, table_writer
 from sweep.tables.choosing import as_names
 from sweep.tables.netcdf import check_netcdf, write_netcdf
 from sweep.tables.outputs import check_output, unfinished, write_checksum
@@ -54,10 +54,10 @@ def export(
 ) -> Exported:
     """Write a table of `study` to a file, with trials in the order of the spec.
 
-    Parquet and Arrow files have the table as stored. CSV files have one row per boid or
-    pixel if a stored row has many. NetCDF files have arrays by trial, see
-    sweep.tables.netcdf. In each format, values that are read are bitwise identical. The
-    checksum is in `<path>.sha256`.
+    Parquet and Arrow files have the table as stored, and profiles with a row per value.
+    CSV files have one row per boid or pixel if a stored row has many. NetCDF files have
+    arrays by trial, see sweep.tables.netcdf. In each format, values that are read are
+    bitwise identical. The checksum is in `<path>.sha256`.
 
     Parameters
     ----------
@@ -65,7 +65,8 @@ def export(
         A study restricted by `where` has only the chosen trials.
     path : Path
         The file. Its ending is the format: .parquet, .csv, .nc or .arrow.
-    table : {"trials", "series", "heatmaps", "trajectories"}, default "trials"
+    table : str, default "trials"
+        "trials", "series", "heatmaps", "profiles" or "trajectories".
     trials : str or sequence of str, optional
         Ids of trials, or their beginnings; by default all trials of the study.
     columns : str or sequence of str, optional
@@ -96,6 +97,7 @@ def export(
         check_output(companion, [companion.suffix], force=force)
     if path.suffix == ".nc":
         check_netcdf()
+        check_arrays(study, table)
     rows = ordered_rows(study, table, as_names(trials))
     if columns:
         rows = rows.select(_columns(study, rows.column_names, as_names(columns)))
@@ -112,7 +114,8 @@ def write_rows(study: StoredStudy, table: str, ending: str, file: Any) -> None:
     Parameters
     ----------
     study : StoredStudy
-    table : {"trials", "series", "heatmaps", "trajectories"}
+    table : str
+        "trials", "series", "heatmaps", "profiles" or "trajectories".
     ending : {".parquet", ".csv", ".nc", ".arrow"}
         The format.
     file : binary file
@@ -184,8 +187,8 @@ def ordered_rows(study: StoredStudy, name: str, trials: Sequence[str] = ()) -> p
     Parameters
     ----------
     study : StoredStudy
-    name : {"trials", "series", "heatmaps", "trajectories"}
-        The table.
+    name : str
+        "trials", "series", "heatmaps", "profiles" or "trajectories".
     trials : sequence of str, optional
         Ids of trials, or their beginnings; by default all trials of the study.
 
@@ -211,9 +214,49 @@ def ordered_rows(study: StoredStudy, name: str, trials: Sequence[str] = ()) -> p
         "table": name,
         "origins": origins_of(study, listed.to_pylist()),
     }
-    return table.take(pa.array(order)).replace_schema_metadata(
+    rows = table.take(pa.array(order))
+    return (_by_value(rows) if name == "profiles" else rows).replace_schema_metadata(
         {PROVENANCE: json.dumps(provenance, sort_keys=True)}
     )
+
+
+def _by_value(profiles: pa.Table) -> pa.Table:
+    """Return a table of profiles with one row per value."""
+    names = profiles.column_names
+    parts = [_values_of(profiles, name) for name in names[1:] if f"{name}{AT}" in names]
+    return pa.concat_tables(parts)
+
+
+def _values_of(profiles: pa.Table, name: str) -> pa.Table:
+    lengths = pc.list_value_length(profiles[name]).to_numpy()
+    trials = np.repeat(np.arange(len(lengths)), lengths)
+    fields = [profiles.schema.field(column) for column in (name, f"{name}{AT}")]
+    of_value, of_position = (field.metadata or {} for field in fields)
+    texts = {
+        "profile": name,
+        "axis": _decoded(of_position.get(b"text", b"")),
+        "axis_unit": _decoded(of_position.get(b"unit", b"")),
+        "unit": _decoded(of_value.get(b"unit", b"")),
+    }
+    same = {
+        column: pa.array([text], pa.string()).take(pa.array(np.zeros_like(trials)))
+        for column, text in texts.items()
+    }
+    numbers = {
+        "at": pc.list_flatten(profiles[f"{name}{AT}"]),
+        "value": pc.list_flatten(profiles[name]),
+    }
+    ids = profiles["trial_id"].take(pa.array(trials))
+    return pa.table({"trial_id": ids, **same, **numbers})
+
+
+def check_arrays(study: StoredStudy, table: str) -> None:
+    """Raise ChoiceError for a table that has no form as arrays by trial."""
+    if table == "profiles":
+        raise ChoiceError(
+            "profiles have different axes: write .csv, .parquet or .arrow",
+            study.name,
+        )
 
 
 def origins_of(study: StoredStudy, trial_ids: list[str]) -> list[dict[str, Any]]:

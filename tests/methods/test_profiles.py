@@ -336,6 +336,24 @@ def test_other_positions_are_not_compared(lab: Path) -> None:
     assert "pair_distribution has other positions in A than in B" in ended.stderr
 
 
+def test_an_export_has_a_row_per_value(lab: Path) -> None:
+    ended = sweep(lab, "export", "my/profiles", "--table", "profiles", "--to", "p.csv")
+    assert ended.returncode == 0, ended.stderr
+    rows = pd.read_csv(lab / "p.csv")
+    study = load("my/profiles", lab / "results")
+    for _, trial in study.profiles.iterrows():
+        own = rows[rows["trial_id"] == trial["trial_id"]]
+        for name in PROFILES:
+            of_name = own[own["profile"] == name]
+            assert of_name["value"].tolist() == pytest.approx(trial[name], rel=1e-15)
+            assert of_name["at"].tolist() == pytest.approx(trial[f"{name}_at"])
+    units = rows.groupby("profile")[["axis", "axis_unit", "unit"]].first()
+    moved = units.loc["mean_squared_displacement"].tolist()
+    assert moved == ["lag", "step", "r^2"]
+    ended = sweep(lab, "export", "my/profiles", "--table", "profiles", "--to", "p.nc")
+    assert "profiles have different axes: write .csv" in ended.stderr
+
+
 def test_a_recording_is_compared_with_a_model(tmp_path: Path) -> None:
     """A quarter of an hour of a new user: tracks, a model, one command."""
     random = np.random.default_rng(3)
