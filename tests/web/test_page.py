@@ -28,6 +28,7 @@ from sweep.web.replaying import Replay
 from sweep.web.server import Socket
 from sweep.web.state import from_study
 from tests import builders, oscillators, studies
+from tests.patience import PATIENCE
 from tests.web.chromium import Opened, running_server
 
 Open = Callable[..., Opened]
@@ -78,11 +79,12 @@ def until_obstacles(page: Opened, count: int) -> list[list[float]]:
     return obstacles(page)
 
 
-CHANGE_ALL = """async (wanted) => {
+CHANGE_ALL = """async (wanted, patience) => {
   const { view } = boidsweep;
   const pause = () => new Promise((done) => setTimeout(done, 5));
   const until = async (what, name) => {
-    for (let i = 0; i < 4000 && !what(); i++) await pause();
+    const begun = performance.now();
+    while (!what() && performance.now() - begun < patience) await pause();
     const said = view.status.words.textContent;
     if (!what()) throw new Error(`nothing came of ${name}: ${said}`);
   };
@@ -137,7 +139,7 @@ def test_every_control_acts_on_the_simulation_and_goes_back_to_its_preset(
         met.clear()
         page.send(type="model", model=model, preset="as_run")
         until_model(page, model)
-        page.ask(f"({CHANGE_ALL})({to_goals})")
+        page.ask(f"({CHANGE_ALL})({to_goals}, {1000 * PATIENCE})")
         usual = set(settings_of(model, BUILT_IN)) - {"map", "next_goals"}
         assert set(met) == ({"next_goals"} if to_goals == "true" else usual)
         preset = MODELS[model].preset_values("as_run")
