@@ -81,6 +81,10 @@ def test_a_trial_is_an_event_with_its_own_numbers(lab: Path) -> None:
 def test_a_comparison_with_a_model_is_not_paired(lab: Path) -> None:
     text = told(lab, "compare", "lab/drives", "lab/model")
     assert "not paired: the trials of A and B share no random numbers" in text
+    (differ,) = (line for line in text.splitlines() if "differ in" in line)
+    assert "steps (" in differ
+    for idle in ("start_draws", "obstacle_radius", "flock_range", "pixel"):
+        assert idle not in differ
 
 
 def test_ranges_of_one_recording_are_paired_by_event(lab: Path) -> None:
