@@ -18,7 +18,12 @@ from sweep.spec import CITATION, Entry, read_document
 from sweep.tables import StoredStudy
 
 PROGRAM = "boidsweep"
-TYPES = {"software": "software", "model": "report", "study": "dataset"}
+TYPES = {
+    "software": "software",
+    "model": "report",
+    "data": "dataset",
+    "study": "dataset",
+}
 """Type in CSL, the citation style language, of each kind of work."""
 ESCAPED = {
     **{sign: f"\\{sign}" for sign in "&%$#_{}"},
@@ -68,10 +73,11 @@ class Work:
     @property
     def not_stated(self) -> list[str]:
         """Names of the parts of the citation that are missing."""
+        is_data = self.kind == "data"  # the source has authors and year
         missing = {
-            "authors": not self.authors,
-            "year": self.year is None,
-            "source": self.kind == "model" and not self.note,
+            "authors": not (self.authors or is_data),
+            "year": self.year is None and not is_data,
+            "source": self.kind in ("model", "data") and not self.note,
         }
         return [name for name, lacks in missing.items() if lacks]
 
@@ -197,7 +203,17 @@ def behind_model(study: StoredStudy) -> Work:
 
 
 def behind(name: str, known: Catalogue) -> Work:
-    """Return the work behind a model of a catalogue."""
+    """Return the work behind a model of a catalogue, or the data of a recording."""
+    if known.models[name].events:
+        return Work(
+            key=_key(name),
+            kind="data",
+            title="Recorded data",
+            authors=(),
+            year=None,
+            version="",
+            note=known.models[name].source,
+        )
     paper = bibliography_of(name)
     return Work(
         key=_key(name),
@@ -216,11 +232,12 @@ def itself(study: StoredStudy) -> Work:
     The year of the work is the year of the newest stored part.
     """
     stored = sum(count for name, count in study.statuses().items() if name != "missing")
+    name = str(study.trials["model"].iloc[0])
+    origin = "a recording" if study.known.models[name].events else f"the model {name}"
     return Work(
         key=_key(study.name),
         kind="study",
-        title=f"Study {study.name}: {stored:,} trials of the model"
-        f" {study.trials['model'].iloc[0]}",
+        title=f"Study {study.name}: {stored:,} trials of {origin}",
         authors=(),
         year=stored_at(study).year,
         version="",

@@ -40,6 +40,7 @@ from sweep.spec import (
     settings_of,
     spelled,
 )
+from sweep.store import AT
 from sweep.tables import StoredStudy
 from sweep.text import description_of, so_many
 
@@ -92,6 +93,8 @@ class StudyFacts:
         Values in the study by parameter.
     record : mapping
         Unit and text by recorded metric.
+    profiles : tuple of str
+        Names of the recorded profiles.
     points, trials : int
         Numbers of points and of trials.
     replicates : str
@@ -120,6 +123,7 @@ class StudyFacts:
     preset: str
     values: Mapping[str, Sequence[Value]]
     record: Mapping[str, tuple[str, str]]
+    profiles: tuple[str, ...]
     points: int
     trials: int
     replicates: str
@@ -161,6 +165,7 @@ def of_spec(study: Study, design: Design) -> StudyFacts:
         preset=study.preset,
         values=values | columns | searched,
         record=_recorded(study),
+        profiles=study.record.profile_names,
         points=design.n_points,
         trials=study.most_trials(design.n_points),
         replicates=f"{most}{study.trials_per_point:,}",
@@ -208,6 +213,7 @@ def of_stored(study: StoredStudy) -> StudyFacts:
             if name in trials
         },
         record=_stored_record(study),
+        profiles=_stored_profiles(study),
         points=len(study.points),
         trials=study.plan.num_rows,
         replicates=_span([int(counts.min()), int(counts.max())]),
@@ -612,6 +618,26 @@ def _observation(page: _Page) -> None:
         f"Metrics are computed at step 0 and {_frames(facts)}. Each trial gives the"
         f" value at the last step, and the mean over {averaged_frames(facts.model)}."
     )
+    if not facts.profiles:
+        return
+    page.table(
+        ("profile", "axis", "unit", "meaning", "source"),
+        [
+            (
+                name,
+                profile.axis,
+                spelled(profile.unit, facts.model),
+                profile.text,
+                profile.source,
+            )
+            for name in facts.profiles
+            if (profile := facts.known.profiles.get(name))
+        ],
+    )
+    page.say(
+        "A profile has values along its axis, from the frames of"
+        f" {averaged_frames(facts.model)}."
+    )
 
 
 def _frames(facts: StudyFacts) -> str:
@@ -808,6 +834,11 @@ def _stored_record(study: StoredStudy) -> dict[str, tuple[str, str]]:
         name: (str(row["unit"]), str(row["text"]).removesuffix(", at the last frame"))
         for name, row in rows.items()
     }
+
+
+def _stored_profiles(study: StoredStudy) -> tuple[str, ...]:
+    columns = study.columns.query("table == 'profiles'")["column"].tolist()
+    return tuple(name for name in columns if f"{name}{AT}" in columns)
 
 
 def _own_settings(model: Model) -> dict[str, About]:
