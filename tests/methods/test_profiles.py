@@ -336,6 +336,12 @@ def test_other_positions_are_not_compared(lab: Path) -> None:
     assert "pair_distribution has other positions in A than in B" in ended.stderr
 
 
+def test_odd_describes_profiles(lab: Path) -> None:
+    for described in ("my/profiles", "spec.yaml"):
+        text = sweep(lab, "odd", described).stdout
+        assert "| mean_squared_displacement | lag | r^2 | mean square of" in text
+
+
 def test_an_export_has_a_row_per_value(lab: Path) -> None:
     ended = sweep(lab, "export", "my/profiles", "--table", "profiles", "--to", "p.csv")
     assert ended.returncode == 0, ended.stderr
