@@ -103,6 +103,14 @@ SPECS["repeated"] = edited(
     ("replicates: 3", "replicates: 9"),
     ("series: [speed], every: 2", "metrics: [speed, dispersion]"),
 )
+SPECS["profiled"] = """\
+study: profiled
+model: vicsek1995
+fixed: {n: 20, steps: 20}
+sweep: {noise: [0.5, 3]}
+replicates: 3
+record: {metrics: [polarization], profiles: [mean_squared_displacement]}
+"""
 SPECS["sized"] = """\
 study: sized
 model: nguyen2024

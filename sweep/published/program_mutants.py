@@ -97,8 +97,8 @@ PROGRAM_MUTANTS: Mapping[str, ProgramMutant] = {
     "last-third": ProgramMutant(
         "means are over the last third of a trial, not over the second half",
         "sweep/trial/derived.py",
-        "late = 2 * frames > steps",
-        "late = 3 * frames > 2 * steps",
+        "averaged = (2 * frames > steps) | recorded",
+        "averaged = (3 * frames > 2 * steps) | recorded",
     ),
     "start-for-end": ProgramMutant(
         "the value of the first frame replaces the value of the last frame",

@@ -232,17 +232,21 @@ def itself(study: StoredStudy) -> Work:
     The year of the work is the year of the newest stored part.
     """
     stored = sum(count for name, count in study.statuses().items() if name != "missing")
-    name = str(study.trials["model"].iloc[0])
-    origin = "a recording" if study.known.models[name].events else f"the model {name}"
     return Work(
         key=_key(study.name),
         kind="study",
-        title=f"Study {study.name}: {stored:,} trials of {origin}",
+        title=f"Study {study.name}: {stored:,} trials of {origin_of(study)}",
         authors=(),
         year=stored_at(study).year,
         version="",
         note=f"Content sha256:{content_hash(study)}",
     )
+
+
+def origin_of(study: StoredStudy) -> str:
+    """Return the origin of the trials of a study, in words: a model or a recording."""
+    name = str(study.trials["model"].iloc[0])
+    return "a recording" if study.known.models[name].events else f"the model {name}"
 
 
 def stored_at(study: StoredStudy) -> datetime:

@@ -6,7 +6,7 @@ The texts are a README, and RO-Crate metadata (https://w3id.org/ro/crate/1.2).
 import json
 from typing import Any
 
-from sweep.sharing.citing import Citation, Work, stored_at
+from sweep.sharing.citing import Citation, Work, origin_of, stored_at
 from sweep.sharing.packed_file import CRATE, SUMS
 from sweep.tables import StoredStudy
 
@@ -133,8 +133,8 @@ def _described(study: StoredStudy) -> str:
     statuses = study.statuses()
     counts = ", ".join(f"{count:,} {name}" for name, count in sorted(statuses.items()))
     return (
-        f"{study.plan.num_rows:,} trials ({counts}) of the model"
-        f" {study.trials['model'].iloc[0]}, at {len(study.points):,} points."
+        f"{study.plan.num_rows:,} trials ({counts}) of {origin_of(study)}, at"
+        f" {len(study.points):,} points."
     )
 
 
@@ -146,7 +146,11 @@ def _entity(name: str, encoding: str, text: str) -> dict[str, Any]:
 
 
 def _work(work: Work) -> dict[str, Any]:
-    kinds = {"software": "SoftwareApplication", "model": "CreativeWork"}
+    kinds = {
+        "software": "SoftwareApplication",
+        "model": "CreativeWork",
+        "data": "Dataset",
+    }
     entity = {
         "@id": f"#{work.key}",
         "@type": kinds[work.kind],

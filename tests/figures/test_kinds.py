@@ -109,6 +109,7 @@ SUITING = {
     "refined": ["phase"],
     "validated": ["validity"],
     "sized": ["scaling", "collapse"],
+    "profiled": ["profiles"],
 }
 """Kinds of figures by a study that they suit."""
 
@@ -184,6 +185,7 @@ REPEATED = [
     ("real", "effects", {}),
     ("sized", "scaling", {}),
     ("sized", "collapse", {}),
+    ("profiled", "profiles", {}),
     ("repeated", "narrowing", {"metrics": ("speed",)}),
 ]
 """Each kind, of a study and with choices that suit it."""

@@ -43,7 +43,7 @@ def profiles(
         typer.Option(help="Largest position that exponents and zeros use."),
     ] = None,
 ) -> "Report":
-    """Print profiles: metrics along a distance, a lag, a wave number.
+    """Print metrics along an axis, such as a distance or a lag.
 
     Confidence intervals hold for all positions of a profile together. With a second
     study, prints the differences of the two studies at each position.
