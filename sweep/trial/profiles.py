@@ -70,7 +70,7 @@ def _measured(
         recorded,
         sides=(width, height),
         frame_time=frame_time,
-        frames=len(bodies),
+        frames=_usual_frames(job, len(bodies)),
     )
     size = len(axis) - 1 if profile.axis in BINNED else len(axis)
     values = np.full(
@@ -98,6 +98,17 @@ def _measured(
     else:
         at = np.arange(float(bodies.shape[2]))
     return ProfileValues(at, values)
+
+
+def _usual_frames(job: Job, frames: int) -> int:
+    """Return the number of averaged frames that determines the usual longest lag.
+
+    The events of a recording have equal lags, which the shortest event determines.
+    """
+    events = job.known.models[job.model].events
+    if not events:
+        return frames
+    return min(event.steps for event in events) // job.record.every + 1
 
 
 def axis_of(

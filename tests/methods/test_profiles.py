@@ -398,6 +398,33 @@ def test_a_recording_is_compared_with_a_model(tmp_path: Path) -> None:
     assert "mean_squared_displacement is in m^2 in A" in ended.stderr
 
 
+def test_events_of_different_lengths_have_equal_lags(tmp_path: Path) -> None:
+    """The shortest event determines the lags, unless the spec does."""
+    rows = [
+        (animal, frame / 10, frame + animal, animal, event)
+        for event, frames in enumerate((400, 161))
+        for frame in range(frames)
+        for animal in range(3 - event)
+    ]
+    written(tmp_path, rows, "id,t,x,y,event")
+    recording = {"files": ["tracks.csv"], "time_step": 0.1}
+    recording["columns"] = {"event": "event"}
+    names = ["mean_squared_displacement", "directional_delay"]
+    spec = {
+        "study": "lab/tracks",
+        "recording": recording,
+        "record": {"profiles": names},
+    }
+    launched(tmp_path, spec)
+    study = load("lab/tracks", tmp_path / "results")
+    first, second = study.profiles["mean_squared_displacement_at"]
+    assert first.tolist() == second.tolist()
+    assert first[-1] == pytest.approx(4.0)
+    moved, delays = mean_profiles(study)
+    np.testing.assert_allclose(moved.values, [(10 * moved.at) ** 2] * 2, rtol=1e-9)
+    assert np.isnan(delays.values).sum(axis=1).tolist() == [0, 1]
+
+
 def test_the_figure_has_a_line_and_a_band_per_point(lab: Path) -> None:
     study = load("my/profiles", lab / "results")
     figure = profile_figure(study, "mean_squared_displacement")

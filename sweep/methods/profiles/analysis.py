@@ -163,11 +163,11 @@ def _mean_profile(
     profile = study.known.profiles[name]
     model = study.known.models[study.provenance["model"]]
     # Numbers of individuals differ between the events of a recording.
-    longest = rows.iloc[int(np.argmax(rows[name].map(len)))]
-    at = np.asarray(longest[f"{name}{AT}"])
+    at = np.unique(np.concatenate(rows[f"{name}{AT}"].tolist()))
     values = np.full((len(rows), len(at)), np.nan)
-    for row, own in zip(values, rows[name], strict=True):
-        row[: len(own)] = own
+    own = zip(rows[f"{name}{AT}"], rows[name], strict=True)
+    for row, (positions, measured) in zip(values, own, strict=True):
+        row[np.searchsorted(at, positions)] = measured
     value, low, high = _band(values, (profile.low, profile.high))
     inside = np.ones(len(at), np.bool_)
     start, stop = extent
