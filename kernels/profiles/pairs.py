@@ -9,6 +9,9 @@ from kernels.profiles.passage import Passage
 from kernels.state import Floats
 from kernels.torus import nearest_image
 
+ROUNDING = 1e-24
+"""Mean square of deviations, relative to that of velocities, that is rounding alone."""
+
 
 @jit
 def _distance(passage: Passage, f: int, i: int, j: int) -> float:
@@ -104,7 +107,10 @@ def velocity_correlation_function(
 
 @jit
 def _deviations(passage: Passage, f: int) -> tuple[float, float, float]:
-    """Return the mean velocity of a frame, and the mean square of the deviations."""
+    """Return the mean velocity of a frame, and the mean square of the deviations.
+
+    The mean square is 0 if all velocities are equal but for rounding.
+    """
     x = 0.0
     y = 0.0
     present = 0
@@ -119,9 +125,13 @@ def _deviations(passage: Passage, f: int) -> tuple[float, float, float]:
     x /= present
     y /= present
     square = 0.0
+    speeds = 0.0
     for i in range(n):
         if passage.x[f, i] == passage.x[f, i]:
-            dx = passage.vx[f, i] - x
-            dy = passage.vy[f, i] - y
-            square += dx * dx + dy * dy
+            vx = passage.vx[f, i]
+            vy = passage.vy[f, i]
+            speeds += vx * vx + vy * vy
+            square += (vx - x) * (vx - x) + (vy - y) * (vy - y)
+    if not square > ROUNDING * speeds:
+        square = 0.0
     return x, y, square / present

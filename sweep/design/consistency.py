@@ -1,5 +1,6 @@
 """Requirements on combinations of parameters that hold in every study."""
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -15,6 +16,8 @@ from sweep.design.spreads import check_spreads
 from sweep.spec import Mistakes, Study, parse
 
 MOST_SIDE = 1e15
+ROUNDING = 1e-9
+"""Relative error of a product of the time step that is allowed in a comparison."""
 DEMANDS = (
     Demand(
         f"max(width, height) <= {MOST_SIDE}",
@@ -103,22 +106,45 @@ def _check_flocks(study: Study, points: Points) -> None:
 
 def _profile_demands(study: Study) -> Iterator[Demand]:
     """Yield the requirements of the axes of recorded profiles."""
+    every = study.record.every
+    events = study.known.models[study.model].events
+    if study.record.profiles and not events:
+        yield Demand(
+            f"steps >= {every}",
+            f"profiles need a frame in the second half: `every` is {every}, beyond the"
+            " last step",
+        )
     for recorded in study.record.profiles:
         name = recorded.name
         axis = study.known.profiles[name].axis
         if recorded.to is None:
             continue
+        if axis in ("lag", "individual"):
+            yield Demand(
+                f"{recorded.to} >= {every} * dt * {1.0 - ROUNDING}",
+                f"{name} goes to a lag of {recorded.to:g}, below the time between two"
+                " frames",
+            )
+        if axis == "wave number":
+            yield Demand(
+                f"{recorded.to} * max(width, height) > {math.pi}",
+                f"{name} goes to a wave number of {recorded.to:g}, below that of the"
+                " longest wave in the world, 2 pi / max(width, height)",
+            )
         if axis == "distance":
             yield Demand(
                 f"borders != 'torus' or 2 * {recorded.to} <= min(width, height)",
                 f"{name} goes to {recorded.to:g}, beyond half of the shorter side of a"
                 " torus, where no distance is longer in all directions",
             )
-        if axis in ("lag", "individual") and not study.known.models[study.model].events:
+        if axis in ("lag", "individual"):
+            longest = max((event.steps for event in events), default=None)
             yield Demand(
-                f"2 * {recorded.to} <= steps * dt",
-                f"{name} goes to a lag of {recorded.to:g}, beyond the second half of"
-                " the trial",
+                f"{recorded.to} <= {longest} * dt"
+                if longest
+                else f"2 * {recorded.to} <= steps * dt",
+                f"{name} goes to a lag of {recorded.to:g}, beyond"
+                f" {'each event' if longest else 'the second half of the trial'}",
             )
 
 

@@ -115,3 +115,6 @@ def check_profile(
     if profile.axis == "box" and recorded.to is not None:
         words = f'"to" has no effect on {name}: boxes divide the world'
         raise entry.error(f"{words}; remove the key")
+    if profile.axis == "individual" and recorded.bins is not None:
+        words = f'"bins" has no effect on {name}, which has a value per individual'
+        raise entry.error(f"{words}; remove the key")

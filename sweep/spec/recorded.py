@@ -143,6 +143,8 @@ class KnownMetrics(NamedTuple):
     def read(self, entry: Entry) -> str:
         """Return the metric whose name is the value of an entry."""
         name = entry.text()
+        if name in self.known.profiles and name not in self.derived:
+            raise entry.error(f'"{name}" has an axis: list it under "profiles"')
         if name not in self.known.metrics:
             name = entry.one_of("metric", self.names)
         self.check(entry, name)

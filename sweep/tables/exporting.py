@@ -228,7 +228,7 @@ def _by_value(profiles: pa.Table) -> pa.Table:
 
 
 def _values_of(profiles: pa.Table, name: str) -> pa.Table:
-    lengths = pc.list_value_length(profiles[name]).to_numpy()
+    lengths = pc.list_value_length(profiles[name]).fill_null(0).to_numpy()
     trials = np.repeat(np.arange(len(lengths)), lengths)
     fields = [profiles.schema.field(column) for column in (name, f"{name}{AT}")]
     of_value, of_position = (field.metadata or {} for field in fields)

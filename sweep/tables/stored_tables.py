@@ -218,13 +218,24 @@ def _check_heatmaps(table: pa.Table, _known: Catalogue) -> None:
         raise ValueError("the number of visits is not rows times columns")
 
 
-def _check_profiles(table: pa.Table, _known: Catalogue) -> None:
+def _check_profiles(table: pa.Table, known: Catalogue) -> None:
     _check_types(table, {"trial_id": pa.string()})
     names = table.column_names
     for name in (name for name in names if f"{name}{AT}" in names):
-        values = _lengths(table, name, pa.float64())
-        if (values != _lengths(table, f"{name}{AT}", pa.float64())).any():
+        if name not in known.profiles:
+            raise ValueError(f"there is no profile {shortened(name)}")
+        rows = table.filter(pc.is_valid(table[name]))
+        values = _lengths(rows, name, pa.float64())
+        positions = _lengths(rows, f"{name}{AT}", pa.float64())
+        if (values != positions).any() or (values < 1).any():
             raise ValueError(f"{name} has another number of values than of positions")
+        flat = pc.list_flatten(rows[f"{name}{AT}"]).to_numpy()
+        ends = np.cumsum(positions)[:-1]
+        rises = np.delete(np.diff(flat), ends - 1) > 0.0
+        if not (np.isfinite(flat).all() and rises.all()):
+            raise ValueError(f"the positions of {name} are not in ascending order")
+        if np.isinf(pc.list_flatten(rows[name]).to_numpy()).any():
+            raise ValueError(f"{name} has an infinite value")
 
 
 def _check_trajectories(table: pa.Table, known: Catalogue) -> None:

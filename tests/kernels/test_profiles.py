@@ -203,6 +203,14 @@ def test_correlation_of_two_halves_changes_its_sign() -> None:
     np.testing.assert_array_equal(values, [1.0, -1.0])
 
 
+def test_equal_velocities_have_no_correlation() -> None:
+    """The rounding of the mean is no deviation that boids share."""
+    way = wandering(3, shape=(4, 30))
+    way.bodies[:, 2] = 0.1
+    way.bodies[:, 3] = 0.3
+    assert np.isnan(measured("velocity_correlation_function", way, EDGES)).all()
+
+
 SINGLE = 2e-6
 """freud computes in single precision: relative errors of some 1e-7 per term."""
 

@@ -164,7 +164,7 @@ def test_fewer_profiles_run_no_trial_again(tmp_path: Path) -> None:
             {"profiles": ["pair_distribution"], "last_states": True},
             "keep no positions of earlier steps",
         ),
-        ({"metrics": ["pair_distribution"]}, "pair_distribution"),
+        ({"metrics": ["pair_distribution"]}, 'has an axis: list it under "profiles"'),
     ],
 )
 def test_a_wrong_profile_is_an_error(record: Mapping[str, Any], said: str) -> None:
@@ -336,6 +336,68 @@ def test_other_positions_are_not_compared(lab: Path) -> None:
     assert "pair_distribution has other positions in A than in B" in ended.stderr
 
 
+def test_trials_of_an_earlier_spec_may_lack_a_profile(tmp_path: Path) -> None:
+    spec = parsed(SPEC)
+    spec["record"]["profiles"] = ["neighbour_overlap", "number_fluctuations"]
+    launched(tmp_path, spec)
+    spec["record"]["profiles"] = ["number_fluctuations"]
+    spec["replicates"] = 5
+    launched(tmp_path, spec)
+    means = mean_profiles(load("my/profiles", tmp_path / "results"))
+    counts = {(mean.name, len(mean.values)) for mean in means}
+    assert ("number_fluctuations", 5) in counts
+    ended = sweep(
+        tmp_path, "export", "my/profiles", "--table", "profiles", "--to", "p.csv"
+    )
+    assert ended.returncode == 0, ended.stderr
+
+
+def test_motionless_boids_are_drawn(tmp_path: Path) -> None:
+    """No logarithmic axis has a place for 0."""
+    written(tmp_path, [(a, t / 10, a, 1) for t in range(20) for a in range(3)])
+    spec = {
+        "study": "lab/still",
+        "recording": {"files": ["tracks.csv"], "time_step": 0.1},
+        "record": {"profiles": ["mean_squared_displacement"]},
+    }
+    launched(tmp_path, spec)
+    study = load("lab/still", tmp_path / "results")
+    figure = profile_figure(study, "mean_squared_displacement")
+    assert figure.axes[0].get_xscale() == "linear"
+    figure.draw_without_rendering()
+
+
+@pytest.mark.parametrize(
+    ("profile", "keys", "said"),
+    [
+        ({"name": "mean_squared_displacement", "to": 50}, {}, "beyond the second half"),
+        ({"name": "mean_squared_displacement", "to": 1}, {}, "below the time between"),
+        ({"name": "structure_factor", "to": 0.1}, {}, "below that of the longest wave"),
+        (
+            "neighbour_overlap",
+            {"every": 61},
+            "profiles need a frame in the second half",
+        ),
+        ({"name": "directional_delay", "bins": 3}, {}, '"bins" has no effect'),
+    ],
+)
+def test_an_axis_that_cannot_be_measured_is_an_error(
+    profile: object, keys: Mapping[str, Any], said: str
+) -> None:
+    spec = parsed(SPEC)
+    spec["record"] = {"profiles": [profile], "every": 2} | keys
+    with pytest.raises(SpecError) as caught:
+        expand(study_of(spec))
+    assert said in str(caught.value)
+
+
+def test_a_zero_that_some_trials_lack_has_no_interval(lab: Path) -> None:
+    study = load("my/profiles", lab / "results")
+    mean = mean_profiles(study, ["velocity_correlation_function"], stop=0.4)[0]
+    assert mean.zero is not None
+    assert np.isnan(mean.zero.low)
+
+
 def test_odd_describes_profiles(lab: Path) -> None:
     for described in ("my/profiles", "spec.yaml"):
         text = sweep(lab, "odd", described).stdout
@@ -420,9 +482,10 @@ def test_events_of_different_lengths_have_equal_lags(tmp_path: Path) -> None:
     first, second = study.profiles["mean_squared_displacement_at"]
     assert first.tolist() == second.tolist()
     assert first[-1] == pytest.approx(4.0)
-    moved, delays = mean_profiles(study)
+    (moved,) = mean_profiles(study)
     np.testing.assert_allclose(moved.values, [(10 * moved.at) ** 2] * 2, rtol=1e-9)
-    assert np.isnan(delays.values).sum(axis=1).tolist() == [0, 1]
+    with pytest.raises(ChoiceError, match="different numbers of individuals"):
+        mean_profiles(study, ["directional_delay"])
 
 
 def test_the_figure_has_a_line_and_a_band_per_point(lab: Path) -> None:

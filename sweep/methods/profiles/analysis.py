@@ -54,7 +54,8 @@ class MeanProfile:
         Means with simultaneous 95 % confidence intervals; NaN if unknown.
     exponent, zero : Interval or None
         Mean over trials of the exponent, and of the first position with the value 0.
-        None for a profile without.
+        None for a profile without. If some trials have no zero, the zero is that of the
+        mean profile, without an interval.
     """
 
     name: str
@@ -134,18 +135,37 @@ def mean_profiles(
     for name in names:
         if name not in recorded:
             raise ChoiceError(unknown("profile", name, recorded), study.name)
-    points = study.trials.set_index("trial_id").loc[stored["trial_id"]]
+        if _mixes_individuals(study, name):
+            words = "has events with different numbers of individuals, which a mean of"
+            raise ChoiceError(f"{words} {name} would mix", study.name)
+    if start is not None and stop is not None and start > stop:
+        raise ChoiceError(f"start {start:g} is above stop {stop:g}", study.name)
+    trials = study.trials.set_index("trial_id")
+    stored = stored[stored["trial_id"].isin(trials.index)]
+    points = trials.loc[stored["trial_id"], "point"].to_numpy()
     return [
         _mean_profile(
             study,
             name,
-            points.loc[part["trial_id"].iloc[0]],
+            trials.loc[part["trial_id"].iloc[0]],
             part,
             extent=(start, stop),
         )
         for name in names or recorded
-        for _, part in stored.groupby(points["point"].to_numpy(), sort=False)
+        if not _mixes_individuals(study, name)
+        # Stored trials of an earlier spec may lack a profile.
+        for _, part in stored[stored[name].notna()].groupby(
+            points[stored[name].notna()], sort=False
+        )
     ]
+
+
+def _mixes_individuals(study: StoredStudy, name: str) -> bool:
+    """Return whether a mean over events would combine different individuals."""
+    if study.known.profiles[name].axis != "individual":
+        return False
+    events = study.known.models[study.provenance["model"]].events
+    return len({event.boids for event in events}) > 1
 
 
 def recorded_profiles(stored: pd.DataFrame) -> list[str]:
@@ -182,7 +202,11 @@ def _mean_profile(
         exponent = mean_interval(slopes)
     zero = None
     if profile.zero:
-        zero = mean_interval([_zero(at[inside], row) for row in used])
+        zeros = np.array([_zero(at[inside], row) for row in used])
+        zero = mean_interval(zeros)
+        if not np.isfinite(zeros).all():  # those that have a zero are a selection
+            of_mean = _zero(at[inside], value[inside])
+            zero = Interval(of_mean, np.nan, np.nan, int(np.isfinite(zeros).sum()))
     return MeanProfile(
         name,
         profile.text,
@@ -207,22 +231,24 @@ def _band(
     """Return means (K,) with simultaneous confidence intervals.
 
     No interval extends beyond the `possible` values. The intervals are those of `max_t`
-    from ten complete trials on. Otherwise each interval is Student's, with Bonferroni's
-    correction.
+    for ten trials or more that all have values at the same positions. Otherwise each
+    interval is Student's, with Bonferroni's correction.
     """
-    complete = np.isfinite(values).all(axis=0)
-    together = len(values) >= FEWEST_REPLICATES
+    measured = np.isfinite(values).any(axis=0)
+    complete = np.isfinite(values[:, measured]).all()
+    together = len(values) >= FEWEST_REPLICATES and measured.any()
     corrected = simultaneous_confidence(values.shape[1], CONFIDENCE)
     columns = [mean_interval(column, corrected) for column in values.T]
     value, low, high = (
         np.array([getattr(column, field) for column in columns])
         for field in ("value", "low", "high")
     )
-    if together and complete.all():
-        band = max_t(values)
+    if together and complete:
+        band = max_t(values[:, measured])
         known = np.isfinite(band.low)
-        low[known] = band.low[known]
-        high[known] = band.high[known]
+        places = np.flatnonzero(measured)[known]
+        low[places] = band.low[known]
+        high[places] = band.high[known]
     return value, np.maximum(low, possible[0]), np.minimum(high, possible[1])
 
 
@@ -268,6 +294,23 @@ def common_profiles(a: Side, b: Side) -> list[str]:
     return common
 
 
+def comparable(a: Side, b: Side) -> tuple[list[ProfileDifference], list[str]]:
+    """Return the differences of all common profiles, and reasons for those left out.
+
+    Raises ChoiceError if no profile can be compared.
+    """
+    differences = []
+    reasons = []
+    for name in common_profiles(a, b):
+        try:
+            differences.append(profile_difference(a, b, name))
+        except ChoiceError as error:
+            reasons.append(error.reason)
+    if not differences:
+        raise ChoiceError("; ".join(reasons), b.study.name)
+    return differences, reasons
+
+
 def profile_difference(a: Side, b: Side, name: str) -> ProfileDifference:
     """Return the difference of a profile between two sides, B - A.
 
@@ -300,8 +343,8 @@ def profile_difference(a: Side, b: Side, name: str) -> ProfileDifference:
         raise ChoiceError(words, b.study.name)
     if first.at.shape != second.at.shape or not np.allclose(first.at, second.at):
         raise ChoiceError(
-            f"{name} has other positions in A than in B: give `to` and `bins` in both"
-            " specs",
+            f"{name} has other positions in A than in B: record both with equal `to`,"
+            " `bins` and time between frames; boxes and waves also need equal worlds",
             b.study.name,
         )
     corrected = simultaneous_confidence(len(first.at), CONFIDENCE)

@@ -72,7 +72,8 @@ def draw_profile(study: StoredStudy, lines: Sequence[MeanProfile]) -> Figure:
         axes = figure.subplots()
         for number, line in enumerate(lines):
             _draw_line(axes, line, number)
-        if first.exponent is not None:
+        positive = any((line.value > 0.0).any() for line in lines)
+        if first.exponent is not None and positive:
             axes.set_xscale("log")
             axes.set_yscale("log")
             axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
@@ -105,9 +106,12 @@ def _draw_line(axes: Axes, line: MeanProfile, number: int) -> None:
     colour = COLOURS[number % len(COLOURS)]
     known = np.isfinite(line.value)
     at = line.at[known]
-    axes.fill_between(
-        at, line.low[known], line.high[known], color=colour, alpha=0.2, lw=0
-    )
+    low = line.low[known]
+    high = line.high[known]
+    if line.axis == "individual":
+        axes.vlines(at, low, high, color=colour, lw=0.8)
+    else:
+        axes.fill_between(at, low, high, color=colour, alpha=0.2, lw=0)
     axes.plot(
         at,
         line.value[known],

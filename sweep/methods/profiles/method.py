@@ -71,9 +71,10 @@ def profiles(
     sweep profiles my/flock --profile mean_squared_displacement --start 10
     sweep profiles lab/fish my/model:noise=0.5 --csv
     """
+    from sweep.errors import ChoiceError
     from sweep.methods.comparison import read_side
     from sweep.methods.profiles.analysis import (
-        common_profiles,
+        comparable,
         profile_difference,
         profiles_of_side,
     )
@@ -83,10 +84,14 @@ def profiles(
     if b is None:
         means = profiles_of_side(side, profile or (), start=start, stop=stop)
         return profiles_report(side.study, means)
+    if start is not None or stop is not None:
+        words = "start and stop are for exponents, which a difference does not have"
+        raise ChoiceError(words, side.study.name)
     other = read_side(b, results)
-    names = profile or common_profiles(side, other)
-    differences = [profile_difference(side, other, name) for name in names]
-    return difference_report(a, b, differences)
+    if profile:
+        differences = [profile_difference(side, other, name) for name in profile]
+        return difference_report(a, b, differences)
+    return difference_report(a, b, *comparable(side, other))
 
 
 def figures() -> "dict[str, FigureKind]":

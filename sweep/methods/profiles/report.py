@@ -41,7 +41,9 @@ def _rows(profile: MeanProfile) -> pd.DataFrame:
         {
             **{name: [value] * len(profile.at) for name, value in _cells(profile)},
             "profile": profile.name,
+            "unit": profile.unit,
             "axis": profile.axis,
+            "axis_unit": profile.axis_unit,
             "at": profile.at,
             "mean": profile.value,
             "low": profile.low,
@@ -104,10 +106,13 @@ def _table(study: StoredStudy, of_name: Sequence[MeanProfile], room: int) -> Tex
             *map(brief, profile.settings.values()),
             brief(float(at)),
             with_interval(value, low, high),
+            str(count),
         ]
         for profile in of_name
-        for at, value, low, high in zip(
-            profile.at, profile.value, profile.low, profile.high, strict=True
+        for at, value, low, high, count in zip(
+            *(profile.at, profile.value, profile.low, profile.high),
+            (profile.values == profile.values).sum(axis=0),
+            strict=True,
         )
     ]
     trials = {len(profile.values) for profile in of_name}
@@ -119,6 +124,7 @@ def _table(study: StoredStudy, of_name: Sequence[MeanProfile], room: int) -> Tex
             *study.varied,
             _with_unit(first.axis, first.axis_unit),
             _with_unit("mean", first.unit),
+            "trials",
         ],
         rows=rows[: max(0, room)],
         title=f"{study.name}: {first.name}, {first.text}",
@@ -133,7 +139,10 @@ def _with_unit(words: str, unit: str) -> str:
 
 
 def difference_report(
-    a: str, b: str, differences: Sequence[ProfileDifference]
+    a: str,
+    b: str,
+    differences: Sequence[ProfileDifference],
+    left_out: Sequence[str] = (),
 ) -> Report:
     """Return the differences of two sides at each position, as a report.
 
@@ -143,6 +152,8 @@ def difference_report(
         The sides, as a command names them.
     differences : sequence of ProfileDifference
         One per profile.
+    left_out : sequence of str
+        Reasons for profiles that cannot be compared.
     """
     tables = []
     frames = []
@@ -165,7 +176,8 @@ def difference_report(
         tables.append(_difference_table(difference))
     rows = pd.concat(frames, ignore_index=True)
     facts = {"a": a, "b": b, "confidence": CONFIDENCE, "differences": json_rows(rows)}
-    return Report(rows, facts, [f"A  {a}\nB  {b}", *tables])
+    reasons = [f"not compared: {reason}" for reason in left_out]
+    return Report(rows, facts, [f"A  {a}\nB  {b}", *tables, *reasons])
 
 
 def _difference_table(difference: ProfileDifference) -> TextTable:
