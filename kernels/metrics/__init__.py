@@ -28,7 +28,7 @@ from kernels.metrics import (
     spectrum,
 )
 from kernels.metrics.ground import Better, Distribution, Ground, Metric, Range
-from kernels.metrics.parts import OF, of_part
+from kernels.metrics.parts import of_any_model, of_part
 from kernels.registry import Registry
 from kernels.settings import PIXELS, Demand
 
@@ -53,12 +53,8 @@ _GOAL = Demand(
 
 def _of_part(name: str) -> Metric | None:
     """Return the metric of a part of the boids, derived from a metric in METRICS."""
-    if OF not in name:
-        return None
-    from kernels.models import MODELS  # imported late: packages may add models
-
-    kinds = (kind for model in MODELS.values() for kind in model.kinds)
-    return of_part(name, METRICS, kinds)
+    metric: Metric | None = of_any_model(name, METRICS, of_part)
+    return metric
 
 
 METRICS = Registry(

@@ -4,7 +4,8 @@
 `polarization_of_working` is the polarization of all boids that have not failed yet.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,14 +37,54 @@ def of_part(
     Metric or None
         None if `name` denotes no part, or a metric without parts.
     """
+    metric = split_name(name, metrics, kinds)
+    return metric if metric and has_parts(metric._replace(part="")) else None
+
+
+def split_name(name: str, entries: Mapping[str, Any], kinds: Iterable[str]) -> Any:
+    """Return an entry for the part of the boids in a name; None without a part.
+
+    Parameters
+    ----------
+    name : str
+        Name of an entry and of a part, such as "speed_of_working".
+    entries : mapping
+        Entries with the fields `part` and `text`: metrics or profiles.
+    kinds : iterable of str
+        Kinds of boids; each kind is a part.
+    """
     base, separator, part = name.rpartition(OF)
-    if not separator or part not in (WORKING, *kinds) or base not in metrics:
+    if not separator or part not in (WORKING, *kinds) or base not in entries:
         return None
-    metric = metrics[base]
-    if not has_parts(metric):
+    entry = entries[base]
+    if entry.part:
         return None
     among = "that have not failed" if part == WORKING else f"of the kind {part}"
-    return metric._replace(part=part, text=f"{metric.text}; among boids {among}")
+    return entry._replace(part=part, text=f"{entry.text}; among boids {among}")
+
+
+def of_any_model(
+    name: str,
+    entries: Mapping[str, Any],
+    of_part: Callable[[str, Mapping[str, Any], Iterable[str]], Any],
+) -> Any:
+    """Return the result of `of_part` for the kinds of boids of all models.
+
+    Parameters
+    ----------
+    name : str
+        Name of an entry and of a part.
+    entries : mapping
+        Metrics or profiles by name.
+    of_part : callable
+        Function of the name, the entries and the kinds.
+    """
+    if OF not in name:
+        return None
+    from kernels.models import MODELS  # imported late: packages may add models
+
+    kinds = (kind for model in MODELS.values() for kind in model.kinds)
+    return of_part(name, entries, kinds)
 
 
 def has_parts(metric: Metric) -> bool:

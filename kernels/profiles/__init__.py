@@ -1,6 +1,6 @@
 """Profiles: metrics of a trial with a value at each position along an axis.
 
-The axis is a distance, a lag, a wave number, the size of a box, or the individual. A
+The axis is a distance, a lag, a wave number, the side of a box, or the individual. A
 profile is a kernel `(passage, axis, values)` that reads the positions of all boids in
 the averaged frames. To add a profile, write a kernel and enter the kernel in PROFILES.
 
@@ -12,13 +12,26 @@ passage  types: a profile, and the input of profiles
 
 from collections.abc import Iterable, Mapping
 
-from kernels.metrics.parts import OF
-from kernels.model import WORKING
+from kernels.metrics.parts import of_any_model, split_name
 from kernels.profiles import density, motion, pairs
-from kernels.profiles.passage import PROFILE_UNITS, Axis, Passage, Profile
+from kernels.profiles.passage import (
+    BINNED,
+    PROFILE_UNITS,
+    Axis,
+    Passage,
+    Profile,
+)
 from kernels.registry import Registry
 
-__all__ = ["PROFILES", "PROFILE_UNITS", "Axis", "Passage", "Profile", "of_part"]
+__all__ = [
+    "BINNED",
+    "PROFILES",
+    "PROFILE_UNITS",
+    "Axis",
+    "Passage",
+    "Profile",
+    "of_part",
+]
 
 
 def of_part(
@@ -34,21 +47,13 @@ def of_part(
     kinds : iterable of str
         Kinds of boids; each kind is a part.
     """
-    base, separator, part = name.rpartition(OF)
-    if not separator or part not in (WORKING, *kinds) or base not in profiles:
-        return None
-    among = "that have not failed" if part == WORKING else f"of the kind {part}"
-    profile = profiles[base]
-    return profile._replace(part=part, text=f"{profile.text}; among boids {among}")
+    profile: Profile | None = split_name(name, profiles, kinds)
+    return profile
 
 
 def _of_part(name: str) -> Profile | None:
-    if OF not in name:
-        return None
-    from kernels.models import MODELS  # imported late: packages may add models
-
-    kinds = (kind for model in MODELS.values() for kind in model.kinds)
-    return of_part(name, PROFILES, kinds)
+    profile: Profile | None = of_any_model(name, PROFILES, of_part)
+    return profile
 
 
 PROFILES = Registry(
@@ -99,7 +104,7 @@ PROFILES = Registry(
         ),
         "number_fluctuations": Profile(
             density.number_fluctuations,
-            axis="box",
+            axis="box side",
             unit="boids",
             text="standard deviation of the number of boids in a box",
             source="Narayan et al. (2007)",

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from kernels.jit import jit, jit_with_memory
+from kernels.profiles.pairs import distance_of
 from kernels.profiles.passage import Passage
 from kernels.state import Floats, Kinds
 from kernels.torus import nearest_image
@@ -116,20 +117,15 @@ def _find_nearest(
     near[:] = -1
     distances[:] = math.inf
     for j in range(passage.x.shape[1]):
-        dx = passage.x[f, j] - passage.x[f, i]
-        dy = passage.y[f, j] - passage.y[f, i]
-        if passage.periodic:
-            dx = nearest_image(dx, passage.width)
-            dy = nearest_image(dy, passage.height)
-        square = dx * dx + dy * dy
-        if j == i or not square < distances[NEAREST - 1]:
+        distance = distance_of(passage, f, i, j)
+        if j == i or not distance < distances[NEAREST - 1]:
             continue
         place = NEAREST - 1
-        while place > 0 and distances[place - 1] > square:
+        while place > 0 and distances[place - 1] > distance:
             distances[place] = distances[place - 1]
             near[place] = near[place - 1]
             place -= 1
-        distances[place] = square
+        distances[place] = distance
         near[place] = j
 
 

@@ -14,8 +14,17 @@ ROUNDING = 1e-24
 
 
 @jit
-def _distance(passage: Passage, f: int, i: int, j: int) -> float:
-    """Return the distance of two boids; NaN if one of them has no position."""
+def distance_of(passage: Passage, f: int, i: int, j: int) -> float:
+    """Return the distance of two boids; NaN if one of them has no position.
+
+    Parameters
+    ----------
+    passage : Passage
+    f : int
+        Frame.
+    i, j : int
+        Boids.
+    """
     dx = passage.x[f, j] - passage.x[f, i]
     dy = passage.y[f, j] - passage.y[f, i]
     if passage.periodic:
@@ -61,7 +70,7 @@ def pair_distribution(passage: Passage, axis: Floats, values: Floats) -> None:
             if passage.x[f, i] == passage.x[f, i]:
                 present += 1
             for j in range(i):
-                k = _bin(axis, _distance(passage, f, i, j))
+                k = _bin(axis, distance_of(passage, f, i, j))
                 if k >= 0:
                     values[k] += 1.0
         expected += 0.5 * present * (present - 1)
@@ -95,7 +104,7 @@ def velocity_correlation_function(
             continue
         for i in range(n):
             for j in range(i):
-                k = _bin(axis, _distance(passage, f, i, j))
+                k = _bin(axis, distance_of(passage, f, i, j))
                 if k >= 0:
                     x = (passage.vx[f, i] - mean_x) * (passage.vx[f, j] - mean_x)
                     y = (passage.vy[f, i] - mean_y) * (passage.vy[f, j] - mean_y)

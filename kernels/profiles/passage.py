@@ -1,14 +1,24 @@
 """Profiles, and the inputs of profiles: the positions of boids over a trial."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Literal, NamedTuple
 
 from kernels.settings import UNITS
 from kernels.state import Floats
 
-Axis = Literal["distance", "lag", "wave number", "box", "individual"]
+Axis = Literal["distance", "lag", "wave number", "box side", "individual"]
 """Quantity along which a profile has values."""
+AXIS_UNITS: Mapping[Axis, str] = {
+    "distance": "length",
+    "lag": "time",
+    "wave number": "1/length",
+    "box side": "length",
+    "individual": "",
+}
+"""Units of the positions along each axis."""
+BINNED: tuple[Axis, ...] = ("distance", "wave number")
+"""Axes whose values are for bins; a kernel gets the edges of the bins."""
 PROFILE_UNITS = (*UNITS, "length^2")
 """Units of profiles. Stamps of custom code cover UNITS, which thus stay as they are."""
 
@@ -82,3 +92,8 @@ class Profile(NamedTuple):
     low: float = -math.inf
     high: float = math.inf
     part: str = ""
+
+    @property
+    def axis_unit(self) -> str:
+        """Unit of the positions along the axis."""
+        return AXIS_UNITS[self.axis]

@@ -125,6 +125,14 @@ def _profile_demands(study: Study) -> Iterator[Demand]:
                 f"{name} goes to a lag of {recorded.to:g}, below the time between two"
                 " frames",
             )
+            longest = max((event.steps for event in events), default=None)
+            yield Demand(
+                f"{recorded.to} <= {longest} * dt"
+                if longest
+                else f"2 * {recorded.to} <= steps * dt",
+                f"{name} goes to a lag of {recorded.to:g}, beyond"
+                f" {'each event' if longest else 'the second half of the trial'}",
+            )
         if axis == "wave number":
             yield Demand(
                 f"{recorded.to} * max(width, height) > {math.pi}",
@@ -134,17 +142,8 @@ def _profile_demands(study: Study) -> Iterator[Demand]:
         if axis == "distance":
             yield Demand(
                 f"borders != 'torus' or 2 * {recorded.to} <= min(width, height)",
-                f"{name} goes to {recorded.to:g}, beyond half of the shorter side of a"
-                " torus, where no distance is longer in all directions",
-            )
-        if axis in ("lag", "individual"):
-            longest = max((event.steps for event in events), default=None)
-            yield Demand(
-                f"{recorded.to} <= {longest} * dt"
-                if longest
-                else f"2 * {recorded.to} <= steps * dt",
-                f"{name} goes to a lag of {recorded.to:g}, beyond"
-                f" {'each event' if longest else 'the second half of the trial'}",
+                f"{name} goes to {recorded.to:g}; with periodic borders a distance is"
+                " at most half of the shorter side of the world",
             )
 
 

@@ -123,11 +123,13 @@ def wrong_profile(profile: Profile) -> str:
         return f'has the axis "{profile.axis}"; allowed: {_listed(axes)}'
     if profile.unit not in PROFILE_UNITS:
         return f'has the unit "{profile.unit}"; allowed: {_listed(PROFILE_UNITS)}'
-    return ""
+    if not isinstance(profile.exponent, int | float):
+        return f"has exponent={profile.exponent!r}; allowed: a number"
+    return wrong_range(profile)
 
 
-def wrong_range(metric: Metric) -> str:
-    """Return why `low` and `high` of a metric are no range; "" for a valid range."""
+def wrong_range(metric: Metric | Profile) -> str:
+    """Return why `low` and `high` are no range; "" for a valid range."""
     low = metric.low
     high = metric.high
     if all(isinstance(end, int | float) for end in (low, high)) and low < high:

@@ -112,7 +112,7 @@ def check_profile(
         raise entry.error(
             f'profile "{name}" needs a model with the kind {profile.part}'
         )
-    if profile.axis == "box" and recorded.to is not None:
+    if profile.axis == "box side" and recorded.to is not None:
         words = f'"to" has no effect on {name}: boxes divide the world'
         raise entry.error(f"{words}; remove the key")
     if profile.axis == "individual" and recorded.bins is not None:

@@ -68,7 +68,6 @@ from .rows import ABOUT_LINK as ABOUT_LINK
 from .rows import ABOUT_TRIAL as ABOUT_TRIAL
 from .rows import ARROW as ARROW
 from .rows import AT as AT
-from .rows import AXIS_UNITS as AXIS_UNITS
 from .rows import DISTRIBUTION as DISTRIBUTION
 from .rows import EXTENT as EXTENT
 from .rows import FLIGHT as FLIGHT

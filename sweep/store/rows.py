@@ -17,7 +17,6 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from kernels.model import Model
-from kernels.profiles import Axis
 from sweep.design import Job, LastFlock
 from sweep.spec import (
     DIRECTION,
@@ -45,15 +44,6 @@ EXTENT = b"extent"
 """Key of the wanted extent of the axis of a profile, in the metadata of its column."""
 AT = "_at"
 """Ending of the column with the positions of the values of a profile."""
-AXIS_UNITS: Mapping[Axis, str] = MappingProxyType(
-    {
-        "distance": "length",
-        "lag": "time",
-        "wave number": "1/length",
-        "box": "length",
-        "individual": "",
-    }
-)
 VALUES = pa.list_(pa.float64())
 BODIES = pa.list_(pa.float64())
 KINDS = pa.list_(pa.int64())
@@ -189,7 +179,7 @@ def profiles_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
         text = f"{profile.text}, mean over {averaged_frames(model)}"
         extent = {EXTENT: json.dumps([recorded.to, recorded.bins])}
         columns.append(_column(recorded.name, VALUES, unit, text, derived=extent))
-        unit = spelled(AXIS_UNITS[profile.axis], model)
+        unit = spelled(profile.axis_unit, model)
         columns.append(_column(f"{recorded.name}{AT}", VALUES, unit, profile.axis))
     return pa.schema(columns, _metadata(provenance))
 

@@ -998,7 +998,7 @@ class StoredStudy(Results):
         """One row per trial: `trial_id`, and two arrays per recorded profile, (K,).
 
         The column with the name of the profile has the values. The column with the
-        ending `_at` has their positions along the axis. `sweep.profiles` has means.
+        ending `_at` has their positions along the axis. `sweep profiles` prints means.
 
         Examples
         --------

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from kernels.flight import Flight
 from kernels.metrics.parts import members
-from kernels.profiles import Passage, Profile
+from kernels.profiles import BINNED, Passage, Profile
 from sweep.design import Job
 from sweep.spec import TORUS, RecordedProfile
 from sweep.trial.result import ProfileValues
@@ -17,8 +17,6 @@ Floats = NDArray[np.float64]
 BINS = 30
 BOX_BINS = 9
 """Usual numbers of values along an axis; the largest box is a quarter of the world."""
-BINNED = ("distance", "wave number")
-"""Axes whose values are for bins; a kernel gets the edges of the bins."""
 
 
 def profiles_of(
@@ -65,7 +63,7 @@ def _measured(
     height = float(job.settings["height"])
     periodic = job.settings["borders"] == TORUS
     frame_time = float(job.settings["dt"]) * job.record.every
-    axis = axis_of(
+    axis = _axis_of(
         profile,
         recorded,
         sides=(width, height),
@@ -93,7 +91,7 @@ def _measured(
         at = 0.5 * (axis[1:] + axis[:-1])
     elif profile.axis == "lag":
         at = axis * frame_time
-    elif profile.axis == "box":
+    elif profile.axis == "box side":
         at = math.sqrt(width * height) / axis
     else:
         at = np.arange(float(bodies.shape[2]))
@@ -111,7 +109,7 @@ def _usual_frames(job: Job, frames: int) -> int:
     return min(event.steps for event in events) // job.record.every + 1
 
 
-def axis_of(
+def _axis_of(
     profile: Profile,
     recorded: RecordedProfile,
     sides: Sequence[float],
@@ -132,14 +130,14 @@ def axis_of(
     frames : int
         Number of averaged frames.
     """
-    bins = recorded.bins or (BOX_BINS if profile.axis == "box" else BINS)
+    bins = recorded.bins or (BOX_BINS if profile.axis == "box side" else BINS)
     if profile.axis == "distance":
         return np.linspace(0.0, recorded.to or 0.5 * min(sides), bins + 1)
     if profile.axis == "wave number":
         smallest = 2.0 * math.pi / max(sides)
         most = recorded.to or (bins + 0.5) * smallest
         return np.linspace(0.5 * smallest, most, bins + 1)
-    if profile.axis == "box":
+    if profile.axis == "box side":
         return np.arange(float(bins + 1), 1.0, -1.0)
     longest = max(1, frames // 4)
     if recorded.to is not None:

@@ -24,7 +24,7 @@ AXES = {
     "distance": EDGES,
     "wave number": WAVES,
     "lag": LAGS,
-    "box": np.array([7.0, 3.0, 2.0]),
+    "box side": np.array([7.0, 3.0, 2.0]),
     "individual": np.arange(5.0),
 }
 SQUARE = 10.0

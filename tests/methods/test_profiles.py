@@ -243,6 +243,14 @@ def test_a_file_next_to_the_spec_adds_a_profile(tmp_path: Path) -> None:
     assert found[0].unit == "r"
 
 
+def test_bounds_in_the_wrong_order_are_an_error(tmp_path: Path) -> None:
+    text = OWN.replace('source="ours"', 'source="ours", low=1.0, high=0.0')
+    (tmp_path / "mine.py").write_text(text, encoding="utf-8")
+    spec = parsed(SPEC) | {"record": {"profiles": ["./mine.py"]}}
+    with pytest.raises(SpecError, match="two numbers, the lower first"):
+        study_of(spec, tmp_path / "spec.yaml")
+
+
 def test_a_profile_with_an_unknown_axis_is_an_error(tmp_path: Path) -> None:
     text = OWN.replace('axis="lag"', 'axis="time"')
     (tmp_path / "mine.py").write_text(text, encoding="utf-8")
@@ -486,6 +494,10 @@ def test_events_of_different_lengths_have_equal_lags(tmp_path: Path) -> None:
     np.testing.assert_allclose(moved.values, [(10 * moved.at) ** 2] * 2, rtol=1e-9)
     with pytest.raises(ChoiceError, match="different numbers of individuals"):
         mean_profiles(study, ["directional_delay"])
+    delays = {"study": "lab/delays", "record": {"profiles": ["directional_delay"]}}
+    launched(tmp_path, spec | delays)
+    ended = sweep(tmp_path, "profiles", "lab/delays")
+    assert "different numbers of individuals" in ended.stderr
 
 
 def test_the_figure_has_a_line_and_a_band_per_point(lab: Path) -> None:

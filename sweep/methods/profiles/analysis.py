@@ -20,7 +20,7 @@ from sweep.analysis import (
 from sweep.errors import ChoiceError
 from sweep.methods.comparison import Side
 from sweep.spec import spelled
-from sweep.store import AT, AXIS_UNITS
+from sweep.store import AT
 from sweep.tables import StoredStudy
 from sweep.text import unknown
 
@@ -122,22 +122,25 @@ def mean_profiles(
     Raises
     ------
     ChoiceError
-        If no profile is stored, or a name is not recorded.
+        If no profile is stored, a name is not recorded, or a mean would combine
+        different individuals.
     """
     stored = study.profiles
     recorded = recorded_profiles(stored)
     if stored.empty:
         raise ChoiceError(
-            "stores no profiles; `record: {profiles: [...]}` in the spec records"
-            " profiles, which `sweep metrics` lists",
+            "stores no profiles of trials that are done; `record: {profiles: [...]}` in"
+            " the spec records profiles, which `sweep metrics` lists",
             study.name,
         )
     for name in names:
         if name not in recorded:
             raise ChoiceError(unknown("profile", name, recorded), study.name)
-        if _mixes_individuals(study, name):
-            words = "has events with different numbers of individuals, which a mean of"
-            raise ChoiceError(f"{words} {name} would mix", study.name)
+    mixed = {name for name in recorded if _mixes_individuals(study, name)}
+    asked = names or [name for name in recorded if name not in mixed] or recorded
+    if wrong := mixed.intersection(asked):
+        words = "has events with different numbers of individuals, which a mean of"
+        raise ChoiceError(f"{words} {', '.join(sorted(wrong))} would mix", study.name)
     if start is not None and stop is not None and start > stop:
         raise ChoiceError(f"start {start:g} is above stop {stop:g}", study.name)
     trials = study.trials.set_index("trial_id")
@@ -151,13 +154,17 @@ def mean_profiles(
             part,
             extent=(start, stop),
         )
-        for name in names or recorded
-        if not _mixes_individuals(study, name)
+        for name in asked
         # Stored trials of an earlier spec may lack a profile.
         for _, part in stored[stored[name].notna()].groupby(
             points[stored[name].notna()], sort=False
         )
     ]
+
+
+def with_unit(words: str, unit: str) -> str:
+    """Return words with a unit in brackets; a quantity without a unit has none."""
+    return f"{words} ({unit.replace('^2', '²')})" if unit else words
 
 
 def _mixes_individuals(study: StoredStudy, name: str) -> bool:
@@ -212,7 +219,7 @@ def _mean_profile(
         profile.text,
         profile.axis,
         unit=spelled(profile.unit, model),
-        axis_unit=spelled(AXIS_UNITS[profile.axis], model),
+        axis_unit=spelled(profile.axis_unit, model),
         point=str(trial["point"]),
         settings={str(setting): trial[setting] for setting in study.varied},
         at=at,
@@ -368,7 +375,10 @@ def _of_side(side: Side, name: str) -> MeanProfile:
             f" {side.study.name}:{side.study.chooser.example}",
             side.study.name,
         )
-    return profiles_of_side(side, [name])[0]
+    means = profiles_of_side(side, [name])
+    if not means:
+        raise ChoiceError(f"no trial of {side.text} has {name}", side.study.name)
+    return means[0]
 
 
 def profiles_of_side(

@@ -24,7 +24,7 @@ from sweep.figures import (
     note,
     select,
 )
-from sweep.methods.profiles.analysis import MeanProfile, mean_profiles
+from sweep.methods.profiles.analysis import MeanProfile, mean_profiles, with_unit
 from sweep.tables import StoredStudy
 
 MOST_LINES = len(COLOURS)
@@ -81,25 +81,12 @@ def draw_profile(study: StoredStudy, lines: Sequence[MeanProfile]) -> Figure:
             axes.xaxis.set_minor_formatter("")
         if first.zero is not None:
             axes.axhline(0.0, color=GREY, lw=0.8, zorder=0)
-        axes.set_xlabel(_with_unit(AXIS_WORDS[first.axis], first.axis_unit))
-        axes.set_ylabel(_with_unit(first.name.replace("_", " "), first.unit))
+        axes.set_xlabel(with_unit(first.axis, first.axis_unit))
+        axes.set_ylabel(with_unit(first.name.replace("_", " "), first.unit))
         if len(lines) > 1:
             legend(figure, axes)
         note(figure, _note(study, lines))
     return figure
-
-
-AXIS_WORDS = {
-    "distance": "distance",
-    "lag": "lag",
-    "wave number": "wave number",
-    "box": "side of a box",
-    "individual": "individual",
-}
-
-
-def _with_unit(words: str, unit: str) -> str:
-    return f"{words} ({unit.replace('^2', '²')})" if unit else words
 
 
 def _draw_line(axes: Axes, line: MeanProfile, number: int) -> None:

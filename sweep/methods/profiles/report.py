@@ -6,7 +6,7 @@ from typing import Any
 import pandas as pd
 
 from sweep.analysis import CONFIDENCE, Interval, with_interval
-from sweep.methods.profiles.analysis import MeanProfile, ProfileDifference
+from sweep.methods.profiles.analysis import MeanProfile, ProfileDifference, with_unit
 from sweep.tables import MAX_ROWS, Report, StoredStudy, TextTable, brief, json_rows
 from sweep.text import so_many
 
@@ -39,7 +39,10 @@ def _rows(profile: MeanProfile) -> pd.DataFrame:
     """Return one row per position, with the parameters that vary."""
     return pd.DataFrame(
         {
-            **{name: [value] * len(profile.at) for name, value in _cells(profile)},
+            **{
+                name: [value] * len(profile.at)
+                for name, value in profile.settings.items()
+            },
             "profile": profile.name,
             "unit": profile.unit,
             "axis": profile.axis,
@@ -51,10 +54,6 @@ def _rows(profile: MeanProfile) -> pd.DataFrame:
             "trials": (profile.values == profile.values).sum(axis=0),
         }
     )
-
-
-def _cells(profile: MeanProfile) -> list[tuple[str, Any]]:
-    return list(profile.settings.items())
 
 
 def _derived(profile: MeanProfile) -> list[dict[str, Any]]:
@@ -122,8 +121,8 @@ def _table(study: StoredStudy, of_name: Sequence[MeanProfile], room: int) -> Tex
     return TextTable(
         columns=[
             *study.varied,
-            _with_unit(first.axis, first.axis_unit),
-            _with_unit("mean", first.unit),
+            with_unit(first.axis, first.axis_unit),
+            with_unit("mean", first.unit),
             "trials",
         ],
         rows=rows[: max(0, room)],
@@ -132,10 +131,6 @@ def _table(study: StoredStudy, of_name: Sequence[MeanProfile], room: int) -> Tex
         " intervals that hold for all positions of a profile together",
         hidden=max(0, len(rows) - max(0, room)),
     )
-
-
-def _with_unit(words: str, unit: str) -> str:
-    return f"{words} ({unit.replace('^2', '²')})" if unit else words
 
 
 def difference_report(
@@ -188,10 +183,10 @@ def _difference_table(difference: ProfileDifference) -> TextTable:
     positions = zip(*columns, strict=True)
     return TextTable(
         columns=[
-            _with_unit(difference.a.axis, difference.a.axis_unit),
-            _with_unit("A", difference.a.unit),
-            _with_unit("B", difference.b.unit),
-            _with_unit("B - A", difference.b.unit),
+            with_unit(difference.a.axis, difference.a.axis_unit),
+            with_unit("A", difference.a.unit),
+            with_unit("B", difference.b.unit),
+            with_unit("B - A", difference.b.unit),
             "",
         ],
         rows=[
