@@ -137,8 +137,8 @@ def mean_profiles(
         if name not in recorded:
             raise ChoiceError(unknown("profile", name, recorded), study.name)
     mixed = {name for name in recorded if _mixes_individuals(study, name)}
-    asked = names or [name for name in recorded if name not in mixed] or recorded
-    if wrong := mixed.intersection(asked):
+    reported = names or [name for name in recorded if name not in mixed] or recorded
+    if wrong := mixed.intersection(reported):
         words = "has events with different numbers of individuals, which a mean of"
         raise ChoiceError(f"{words} {', '.join(sorted(wrong))} would mix", study.name)
     if start is not None and stop is not None and start > stop:
@@ -154,7 +154,7 @@ def mean_profiles(
             part,
             extent=(start, stop),
         )
-        for name in asked
+        for name in reported
         # Stored trials of an earlier spec may lack a profile.
         for _, part in stored[stored[name].notna()].groupby(
             points[stored[name].notna()], sort=False
