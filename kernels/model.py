@@ -87,6 +87,8 @@ class Event(NamedTuple):
         Number of individuals of each kind; () for a recording without kinds.
     interpolated, absent : float
         Shares of positions that were interpolated, and that are missing.
+    individuals : tuple of str
+        Names of the individuals in the recording.
     """
 
     name: str
@@ -96,12 +98,21 @@ class Event(NamedTuple):
     kinds: tuple[int, ...]
     interpolated: float
     absent: float
+    individuals: tuple[str, ...]
 
     @classmethod
     def read(cls, fields: Sequence[Any]) -> "Event":
-        """Return the event of its fields, which JSON keeps as lists."""
+        """Return the event of its fields, which JSON keeps as lists.
+
+        The first texts of recordings have no names of individuals, which are then
+        numbered.
+        """
+        if len(fields) < len(cls._fields):
+            fields = (*fields, map(str, range(fields[cls._fields.index("boids")])))
         event = cls(*fields)
-        return event._replace(kinds=tuple(event.kinds))
+        return event._replace(
+            kinds=tuple(event.kinds), individuals=tuple(event.individuals)
+        )
 
 
 class OccupancySettings(NamedTuple):

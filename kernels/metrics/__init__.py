@@ -854,6 +854,21 @@ METRICS = Registry(
                 r" several. NaN for $u = 0$ and without sheep or dog."
             ),
         ),
+        "dog_distance": Metric(
+            herd.dog_distance,
+            unit="length",
+            text="distance of the dog from the centre of mass of the sheep",
+            source="Jadhav et al. (2024)",
+            distribution="skewed",
+            better="neither",
+            kinds=_HERD,
+            low=0.0,
+            formula=(
+                r"$|p_D - \bar p_S|$, where $p_D$ is the position of the dog and"
+                r" $\bar p_S$ the mean position of the sheep; the mean over dogs if"
+                r" there are several. NaN without sheep or dog."
+            ),
+        ),
     },
     derive=_of_part,
 )

@@ -12,7 +12,8 @@ from kernels.settings import Observation
 from kernels.state import Floats
 
 SHEEP = 0
-"""Index of the kind of boids that these metrics measure."""
+DOG = 1
+"""Indices of the kinds of boids that these metrics measure."""
 
 
 @jit
@@ -160,3 +161,33 @@ def dog_offset(
             dx = frames.bodies[f, X, n - 1] - ground.world.goal_x
             dy = frames.bodies[f, Y, n - 1] - ground.world.goal_y
             values[f] = (x * dy - y * dx) / size
+
+
+@jit
+def dog_distance(
+    frames: Frames,
+    filled: int,
+    ground: Ground,
+    _observation: Observation,
+    values: Floats,
+) -> None:
+    """Compute the distance of the dog from the centre of mass of the sheep.
+
+    Parameters
+    ----------
+    frames, filled, ground, _observation
+        See kernels.metrics.ground.Metric.
+    values : array of float, shape (filled,)
+        Mean over dogs, in lengths; NaN without a dog or sheep.
+    """
+    for f in range(filled):
+        x, y, _ = _herd_centre(frames, ground, f)
+        total = 0.0
+        dogs = 0
+        for i in range(frames.bodies.shape[2]):
+            if ground.kind[i] == DOG:
+                dx = frames.bodies[f, X, i] - x
+                dy = frames.bodies[f, Y, i] - y
+                total += math.sqrt(dx * dx + dy * dy)
+                dogs += 1
+        values[f] = total / dogs if dogs > 0 else math.nan

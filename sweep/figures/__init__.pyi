@@ -5,6 +5,7 @@ from .asked import plot_arguments as plot_arguments
 from .coverage import coverage_figure as coverage_figure
 from .curves import metric_curves as metric_curves
 from .directions import better_values as better_values
+from .drawing import as_text as as_text
 from .drawing import colours_of_kinds as colours_of_kinds
 from .drawing import draw_flock as draw_flock
 from .drawing import draw_map as draw_map

@@ -32,6 +32,8 @@ def _is_valid(event: Event, kinds: Sequence[str]) -> bool:
         and SHA.fullmatch(event.sha) is not None
         and all(type(number) is int and number >= 0 for number in numbers)
         and all(isinstance(share, float) and 0.0 <= share <= 1.0 for share in shares)
+        and all(isinstance(name, str) for name in event.individuals)
+        and len(event.individuals) == event.boids
         and event.boids > 0
         and event.steps > 0
         and (len(event.kinds), sum(event.kinds) or event.boids)

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
+from typing import NamedTuple
 
 from kernels.identity import package_sha
 from kernels.model import Event
@@ -23,7 +24,7 @@ from sweep.recordings.kept_frames import (
 )
 from sweep.recordings.row_errors import RowErrors
 from sweep.recordings.rows import check_columns, track_files
-from sweep.recordings.tracks import UNNAMED, Tracks
+from sweep.recordings.tracks import Tracks
 from sweep.spec import FILE, Entry, RecordingSpec, read_section
 from sweep.text import so_many
 
@@ -32,6 +33,13 @@ FAR = 10.0
 """Distance from (0, 0), in extents of the positions, from which the corner moves."""
 LARGE = 100_000_000
 """Bytes of files whose reading takes several seconds."""
+
+
+class Individual(NamedTuple):
+    """Name and kind of an individual."""
+
+    name: str
+    kind: str
 
 
 def described(entry: Entry) -> str:
@@ -51,7 +59,7 @@ def described(entry: Entry) -> str:
     """
     spec = read_section(RecordingSpec, entry)
     files = track_files(entry, spec)
-    _check_velocities(entry, spec)
+    _check_named(entry, spec)
     for file in files:
         check_columns(entry, file, Tracks(files, spec, RowErrors(entry)).columns)
     note = frames_folder() / f"{_key(files, spec)}{SUFFIX}"
@@ -100,14 +108,15 @@ def _read(entry: Entry, spec: RecordingSpec, files: list[TrackFile]) -> str:
     low = [math.inf, math.inf]
     high = [-math.inf, -math.inf]
     with working_folder() as folder:
-        every_event = list[tuple[EventFrames, tuple[str, ...]]]()
+        every_event = list[tuple[EventFrames, list[Individual]]]()
         for number, own in enumerate(tracks.sort_into(folder)):
             errors.check()
             place = folder / f"event-{number}"
             place.mkdir()
             event = EventFrames(own, tracks, place, errors)
             if not errors:
-                every_event.append((event, tuple(track.kind for track in own)))
+                individuals = [Individual(row.individual, row.kind) for row in own]
+                every_event.append((event, individuals))
                 low = list(map(min, low, event.low))
                 high = list(map(max, high, event.high))
         errors.check()
@@ -118,8 +127,7 @@ def _read(entry: Entry, spec: RecordingSpec, files: list[TrackFile]) -> str:
             max(1.0, math.ceil(end - begin))
             for end, begin in zip(high, origin, strict=True)
         ]
-        kinds = sorted({kind for _, own in every_event for kind in own} - {UNNAMED})
-        events = [_kept(event, own, kinds, origin) for event, own in every_event]
+        events = [_kept(event, own, tracks.kinds, origin) for event, own in every_event]
     forget_oldest([event.sha for event in events])
     return json.dumps(
         {
@@ -130,7 +138,7 @@ def _read(entry: Entry, spec: RecordingSpec, files: list[TrackFile]) -> str:
             "width": size[0],
             "height": size[1],
             "origin": origin,
-            "kinds": kinds,
+            "kinds": tracks.kinds,
             "events": events,
             "files": {file.name: file.sha() for file in files},
         }
@@ -154,31 +162,38 @@ def _origin(
 
 
 def _kept(
-    event: EventFrames, own: tuple[str, ...], kinds: list[str], origin: list[float]
+    event: EventFrames,
+    own: Sequence[Individual],
+    kinds: Sequence[str],
+    origin: Sequence[float],
 ) -> Event:
     if any(origin):
         event.moved(*origin)
     frames = event.steps + 1
     boids = len(own)
+    own_kinds = [individual.kind for individual in own]
     return Event(
         name=event.name,
         sha=event.keep(),
         boids=boids,
         steps=frames - 1,
-        kinds=tuple(own.count(kind) for kind in kinds),
+        kinds=tuple(own_kinds.count(kind) for kind in kinds),
         interpolated=event.interpolated / (frames * boids),
         absent=1.0 - event.present / (frames * boids),
+        individuals=tuple(individual.name for individual in own),
     )
 
 
-def _check_velocities(entry: Entry, spec: RecordingSpec) -> None:
-    """Raise SpecError if columns of velocities are missing, or have no effect."""
+def _check_named(entry: Entry, spec: RecordingSpec) -> None:
+    """Raise SpecError if columns are missing, or have no effect."""
     columns = spec.columns
     for key in ("time", "frame", "x", "y", "vx", "vy", "kind"):
         if getattr(columns, key) == FILE:
             raise entry.error(
                 f"{FILE} is allowed for individual and event, not for {key}"
             )
+    if spec.kinds and columns.kind is None:
+        raise entry.child("kinds").error("kinds need the column `kind`")
     named = [name for name in ("vx", "vy") if getattr(columns, name) is not None]
     if spec.velocities == "given" and len(named) < 2:
         raise entry.error("`velocities: given` needs the columns vx and vy")

@@ -22,7 +22,7 @@ from sweep.recordings.files import TrackFile
 from sweep.recordings.row_errors import RowErrors
 from sweep.recordings.rows import numbers, texts, times
 from sweep.spec import FILE, NAME, RecordingSpec
-from sweep.text import shortened
+from sweep.text import shortened, unknown
 
 TIME, X, Y, VX, VY = range(5)
 """Rows of the numbers of a track."""
@@ -87,13 +87,17 @@ class Tracks:
     files : sequence of TrackFile
     spec : RecordingSpec
     errors : RowErrors
+    kinds : tuple of str
+        Kinds of individuals in order, after `count`; () for a recording without kinds.
     """
 
     files: Sequence[TrackFile]
     spec: RecordingSpec
     errors: RowErrors
+    kinds: tuple[str, ...] = ()
     _events: _Names = field(default_factory=_Names)
     _individuals: _Names = field(default_factory=_Names)
+    _present: set[str] = field(default_factory=set)
     _kinds: dict[int, str] = field(default_factory=dict)
     _counts: dict[tuple[int, int], int] = field(default_factory=dict)
     _ends: list[int] = field(default_factory=list)
@@ -140,9 +144,17 @@ class Tracks:
                 self._count_piece(file, piece, rows - begin)
                 rows += piece.num_rows
             self._ends.append(rows)
+        for kind in self.spec.kinds:
+            if kind not in self._present:
+                words = unknown("kind", kind, sorted(self._present))
+                self.errors.note("an unknown kind", "kinds", words)
+        self.kinds = self.spec.kinds or tuple(
+            sorted({kind for kind in self._kinds.values() if kind})
+        )
 
     def _count_piece(self, file: TrackFile, piece: pa.Table, first: int) -> None:
         self._check_names(file, piece, first)
+        piece = piece.take(self._read_rows(piece))
         events, individuals = self._groups(file, piece)
         pairs, counts = np.unique(_pair(events, individuals), return_counts=True)
         for pair, count in zip(pairs.tolist(), counts.tolist(), strict=True):
@@ -151,7 +163,7 @@ class Tracks:
         column = self.spec.columns.kind
         if column is None:
             return
-        kinds = pc.utf8_lower(texts(piece[column])).dictionary_encode()
+        kinds = _kinds(piece, column).dictionary_encode()
         names = kinds.dictionary.to_pylist()
         pairs = np.unique(_pair(individuals, kinds.indices.to_numpy()))
         for individual, kind in (divmod(pair, MOST_NAMES) for pair in pairs.tolist()):
@@ -171,16 +183,29 @@ class Tracks:
                 place = file.place(first + rows[0])
                 words = f"{column} is missing"
                 self.errors.note("a missing name", place, words, len(rows))
-        if self.spec.columns.kind is None:
+        column = self.spec.columns.kind
+        if column is None:
             return
-        kinds = pc.utf8_lower(texts(piece[self.spec.columns.kind])).unique()
-        for kind in kinds.to_pylist():
+        kinds = _kinds(piece, column).unique().to_pylist()
+        self._present.update(filter(None, kinds))
+        for kind in kinds:
+            if self.spec.kinds and kind not in self.spec.kinds:
+                continue
             if kind and (kind == WORKING or not NAME.fullmatch(kind)):
                 words = (
                     f'a kind cannot be called "{shortened(kind)}"; allowed: lower-case'
                     f' letters, digits and _, with a letter first, but not "{WORKING}"'
                 )
                 self.errors.note("kinds of this name", file.name, words)
+
+    def _read_rows(self, piece: pa.Table) -> Wholes:
+        """Return the indices of the rows whose kind is read."""
+        if not self.spec.kinds or self.spec.columns.kind is None:
+            return np.arange(piece.num_rows)
+        wanted = pa.array(self.spec.kinds)
+        is_read = pc.is_in(_kinds(piece, self.spec.columns.kind), value_set=wanted)
+        rows: Wholes = np.flatnonzero(is_read.to_numpy(zero_copy_only=False))
+        return rows
 
     def _groups(self, file: TrackFile, piece: pa.Table) -> tuple[Wholes, Wholes]:
         """Return the number of the event and of the individual of each row."""
@@ -217,9 +242,10 @@ class Tracks:
             begin = row
             for piece in file.pieces(self.columns, self.errors):
                 values = self._numbers(file, piece, row - begin)
-                places = self._places(file, piece, following, ends)
-                sorted_numbers[:, places] = values
-                sorted_rows[places] = np.arange(row, row + piece.num_rows)
+                own = self._read_rows(piece)
+                places = self._places(file, piece.take(own), following, ends)
+                sorted_numbers[:, places] = values[:, own]
+                sorted_rows[places] = row + own
                 row += piece.num_rows
         own_rows = {
             key: slice(end - self._counts[key], end) for key, end in ends.items()
@@ -288,8 +314,12 @@ class Tracks:
     def _order(self, key: tuple[int, int]) -> tuple[object, ...]:
         event = self._events.names[key[0]]
         individual = self._individuals.names[key[1]]
-        kind = self._kinds.get(key[1], UNNAMED)
+        kind = self.kinds.index(self._kinds[key[1]]) if self.kinds else 0
         return _by_value(event), kind, _by_value(individual)
+
+
+def _kinds(piece: pa.Table, column: str) -> pa.Array:
+    return pc.utf8_lower(texts(piece[column]))
 
 
 def _pair(first: Wholes, second: Wholes) -> Wholes:

@@ -176,6 +176,11 @@ class KnownMetrics(NamedTuple):
         metric = self.known.metrics.get(name)
         models = self.known.models
         if metric and (lacking := lacks(models[self.model], metric)):
+            if models[self.model].events and metric.kinds:
+                words = f'metric "{name}" needs {lacking}, in this order, and no others'
+                kinds = ", ".join(metric.kinds)
+                words += f"; write `kinds: [{kinds}]` under `recording`"
+                raise entry.error(words)
             having = [each.name for each in models.values() if not lacks(each, metric)]
             raise entry.error(
                 f'metric "{name}" needs a model with {lacking}. Allowed:'
@@ -206,6 +211,8 @@ def lacks_boids(model: Model, metric: Metric) -> str:
         return f"the state {', '.join(metric.state)}"
     if metric.part not in ("", WORKING, *model.kinds):
         return f"the kind {metric.part}"
-    if tuple(model.kinds)[: len(metric.kinds)] != metric.kinds:
+    # A metric may count on it that the last boid is of the last kind.
+    own = model.kinds if model.events else model.kinds[: len(metric.kinds)]
+    if metric.kinds and tuple(own) != metric.kinds:
         return f"the kinds {', '.join(metric.kinds)}"
     return ""

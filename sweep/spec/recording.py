@@ -140,6 +140,16 @@ class RecordingSpec:
             example="{individual: animal, time: seconds}",
         ),
     ] = TrackColumns()
+    kinds: Annotated[
+        tuple[str, ...],
+        Key(
+            ListOf(Text("a kind"), "kinds"),
+            "kinds that are read, in this order; individuals of other kinds are left"
+            " out",
+            otherwise="all kinds, in alphabetical order",
+            example="[sheep, dog]",
+        ),
+    ] = ()
     length: Annotated[
         str, Key(Text("a unit of length"), "unit of length of the study", example="cm")
     ] = "m"

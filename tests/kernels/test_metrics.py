@@ -231,6 +231,7 @@ def test_the_dog_is_no_sheep() -> None:
     assert herd("herd_radius", **places) == 10.0
     assert herd("herd_goal_distance", **places) == 30.0
     assert herd("dog_offset", **places) == 7.0
+    assert herd("dog_distance", **places) == math.hypot(15.0, 7.0)
     places["y"][2] = 52.0
     assert herd("dog_offset", **places) == -12.0
     assert math.isnan(herd("dog_offset", x=[40.0, 60.0, 0.0], y=[40.0, 40.0, 0.0]))

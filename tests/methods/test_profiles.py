@@ -1,6 +1,8 @@
 """Profiles of a study: from the spec to tables, reports, figures and comparisons."""
 
 import json
+import math
+import re
 import textwrap
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -490,14 +492,44 @@ def test_events_of_different_lengths_have_equal_lags(tmp_path: Path) -> None:
     first, second = study.profiles["mean_squared_displacement_at"]
     assert first.tolist() == second.tolist()
     assert first[-1] == pytest.approx(4.0)
-    (moved,) = mean_profiles(study)
+    (moved,) = mean_profiles(study, ["mean_squared_displacement"])
     np.testing.assert_allclose(moved.values, [(10 * moved.at) ** 2] * 2, rtol=1e-9)
-    with pytest.raises(ChoiceError, match="different numbers of individuals"):
-        mean_profiles(study, ["directional_delay"])
-    delays = {"study": "lab/delays", "record": {"profiles": ["directional_delay"]}}
-    launched(tmp_path, spec | delays)
-    ended = sweep(tmp_path, "profiles", "lab/delays")
-    assert "different numbers of individuals" in ended.stderr
+
+
+def test_a_mean_over_events_is_that_of_individuals_of_one_name(tmp_path: Path) -> None:
+    """Each pigeon follows the one before by a frame; two pigeons are in one event."""
+    order = {"first": ("ada", "bea", "cleo"), "second": ("cleo", "ada", "$x$")}
+    rows = []
+    for event, names in order.items():
+        for place, name in enumerate(names):
+            for frame in range(60):
+                angle = 0.2 * math.sin(0.2 * (frame - place))
+                velocity = math.cos(angle), math.sin(angle)
+                rows.append((name, frame, frame, place, event, *velocity))
+    written(tmp_path, rows, "id,t,x,y,event,vx,vy")
+    columns = {"event": "event", "vx": "vx", "vy": "vy"}
+    recording = {"files": ["tracks.csv"], "time_step": 1.0, "velocities": "given"}
+    delay = {"name": "directional_delay", "to": 5}
+    spec = {
+        "study": "lab/pigeons",
+        "recording": recording | {"columns": columns},
+        "record": {"profiles": [delay]},
+    }
+    launched(tmp_path, spec)
+    study = load("lab/pigeons", tmp_path / "results")
+    (mean,) = mean_profiles(study)
+    expected = {"ada": [1.5, 0.0], "bea": [0.0], "cleo": [-1.5, 1.5], "$x$": [-1.5]}
+    assert dict(zip(mean.individuals, mean.value.tolist(), strict=True)) == {
+        name: np.mean(delays) for name, delays in expected.items()
+    }
+    assert np.isfinite(mean.values).sum(axis=0).tolist() == [2, 1, 2, 1]
+    shown = sweep(tmp_path, "profiles", "lab/pigeons")
+    assert re.search(r"cleo +│ 0 \(.* 2 ", shown.stdout), shown.stdout
+    found = json.loads(sweep(tmp_path, "profiles", "lab/pigeons", "--json").stdout)
+    assert [row["individual"] for row in found["profiles"]] == list(expected)
+    axes = profile_figure(study, "directional_delay").axes[0]
+    ticks = [tick.get_text() for tick in axes.get_xticklabels()]
+    assert ticks == ["ada", "bea", "cleo", r"\$x\$"]
 
 
 def test_the_figure_has_a_line_and_a_band_per_point(lab: Path) -> None:

@@ -198,6 +198,16 @@ def dog_offset(bodies: Vector, ground: Any) -> float:
     return float((places[-1] / (centre / abs(centre))).imag)
 
 
+def dog_distance(bodies: Vector, ground: Any) -> float:
+    """The mean over dogs, by complex numbers."""
+    places = bodies[0] + 1j * bodies[1]
+    sheep = places[ground.kind == 0]
+    dogs = places[ground.kind == 1]
+    if not sheep.size or not dogs.size:
+        return math.nan
+    return float(np.abs(dogs - sheep.mean()).mean())
+
+
 def cosines(bodies: Vector) -> Vector:
     """Of the angles between velocities (N, N); 0 where a boid is at rest."""
     moving = bodies[2:4].any(axis=0)
@@ -352,4 +362,5 @@ METRICS: dict[str, Callable[[Vector, Vector, Any, Any], float]] = {
         herd(bodies, ground)[1].mean() - ground.world.goal_y,
     ),
     "dog_offset": lambda bodies, _, ground, __: dog_offset(bodies, ground),
+    "dog_distance": lambda bodies, _, ground, __: dog_distance(bodies, ground),
 }

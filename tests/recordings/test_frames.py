@@ -147,6 +147,29 @@ def test_kinds_come_in_order_and_are_counted(tmp_path: Path) -> None:
     assert study.preset_settings["count_sheep"] == 2
 
 
+def test_chosen_kinds_have_the_stated_order_and_others_are_left_out(
+    tmp_path: Path,
+) -> None:
+    rows = [
+        (*row, kind)
+        for name, kind in (("1", "shepherd"), ("2", "dog"), ("3", "sheep"))
+        for row in line(name, [0, 1], speed=float(name))
+    ]
+    rows += [(*row, "shepherd") for row in line("1", [2, 3, 4])]
+    written(tmp_path, rows, "id,t,x,y,k")
+    section = {"columns": {"kind": "k"}, "kinds": ["sheep", "dog"]}
+    study = study_of_tracks(tmp_path, section)
+    model = study.known.models[study.model]
+    assert model.kinds == ("sheep", "dog")
+    assert model.events[0].kinds == (1, 1)
+    assert model.events[0].steps == 1
+    alone = study_of_tracks(tmp_path, section | {"kinds": ["dog"]})
+    turned = study_of_tracks(tmp_path, section | {"kinds": ["dog", "sheep"]})
+    frames = frames_of(study)
+    np.testing.assert_array_equal(frames_of(turned), frames[..., ::-1])
+    np.testing.assert_array_equal(frames_of(alone), frames[..., 1:])
+
+
 def test_a_world_around_negative_positions_has_a_lower_corner(tmp_path: Path) -> None:
     written(tmp_path, [("a", k / 10, -2.5 + k, 3.2) for k in range(6)])
     study = study_of_tracks(tmp_path)

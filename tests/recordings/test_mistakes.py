@@ -76,6 +76,16 @@ CASES: dict[str, tuple[str, dict[str, Any], list[str]]] = {
         KINDS,
         ['a kind cannot be called "working"'],
     ),
+    "an unknown kind": (
+        "id,t,x,y,k\na,0,1,1,sheep\na,0.1,1,1,sheep\n",
+        KINDS | {"kinds": ["sheeps"]},
+        ['unknown kind "sheeps"; did you mean "sheep"'],
+    ),
+    "kinds without a column": (
+        GOOD,
+        {"kinds": ["sheep"]},
+        ["kinds need the column `kind`"],
+    ),
     "velocities without columns": (
         GOOD,
         {"velocities": "given"},

@@ -1,6 +1,6 @@
 """Means of profiles over trials, with confidence intervals for the whole curve."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,7 +21,7 @@ from sweep.errors import ChoiceError
 from sweep.methods.comparison import Side
 from sweep.spec import spelled
 from sweep.store import AT
-from sweep.tables import StoredStudy
+from sweep.tables import StoredStudy, brief
 from sweep.text import unknown
 
 Floats = NDArray[np.float64]
@@ -48,6 +48,8 @@ class MeanProfile:
         Values of the parameters that vary.
     at : array of float, shape (K,)
         Positions along the axis.
+    individuals : tuple of str
+        Names of the K individuals of a recording; () for another axis.
     values : array of float, shape (trials, K)
         NaN where a trial has no value.
     value, low, high : array of float, shape (K,)
@@ -66,12 +68,18 @@ class MeanProfile:
     point: str
     settings: dict[str, Any]
     at: Floats
+    individuals: tuple[str, ...]
     values: Floats
     value: Floats
     low: Floats
     high: Floats
     exponent: Interval | None
     zero: Interval | None
+
+    @property
+    def positions(self) -> list[str]:
+        """Positions in words: names of individuals, or numbers."""
+        return list(self.individuals) or [brief(float(at)) for at in self.at]
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,8 +130,7 @@ def mean_profiles(
     Raises
     ------
     ChoiceError
-        If no profile is stored, a name is not recorded, or a mean would combine
-        different individuals.
+        If no profile is stored, or a name is not recorded.
     """
     stored = study.profiles
     recorded = recorded_profiles(stored)
@@ -136,11 +143,6 @@ def mean_profiles(
     for name in names:
         if name not in recorded:
             raise ChoiceError(unknown("profile", name, recorded), study.name)
-    mixed = {name for name in recorded if _mixes_individuals(study, name)}
-    reported = names or [name for name in recorded if name not in mixed] or recorded
-    if wrong := mixed.intersection(reported):
-        words = "has events with different numbers of individuals, which a mean of"
-        raise ChoiceError(f"{words} {', '.join(sorted(wrong))} would mix", study.name)
     if start is not None and stop is not None and start > stop:
         raise ChoiceError(f"start {start:g} is above stop {stop:g}", study.name)
     trials = study.trials.set_index("trial_id")
@@ -150,11 +152,11 @@ def mean_profiles(
         _mean_profile(
             study,
             name,
-            trials.loc[part["trial_id"].iloc[0]],
+            trials.loc[part["trial_id"]],
             part,
             extent=(start, stop),
         )
-        for name in reported
+        for name in names or recorded
         # Stored trials of an earlier spec may lack a profile.
         for _, part in stored[stored[name].notna()].groupby(
             points[stored[name].notna()], sort=False
@@ -167,12 +169,24 @@ def with_unit(words: str, unit: str) -> str:
     return f"{words} ({unit.replace('^2', '²')})" if unit else words
 
 
-def _mixes_individuals(study: StoredStudy, name: str) -> bool:
-    """Return whether a mean over events would combine different individuals."""
-    if study.known.profiles[name].axis != "individual":
-        return False
+def _individuals(study: StoredStudy, axis: str) -> tuple[str, ...]:
+    """Return the names of all individuals of a recording; () for another axis."""
     events = study.known.models[study.provenance["model"]].events
-    return len({event.boids for event in events}) > 1
+    if axis != "individual":
+        return ()
+    return tuple(dict.fromkeys(name for event in events for name in event.individuals))
+
+
+def _named_positions(
+    study: StoredStudy, replicates: Iterable[int], individuals: Sequence[str]
+) -> list[Floats]:
+    """Return, for each trial, the places of its individuals among all individuals."""
+    events = study.known.models[study.provenance["model"]].events
+    places = {name: float(place) for place, name in enumerate(individuals)}
+    return [
+        np.array([places[name] for name in events[replicate].individuals])
+        for replicate in replicates
+    ]
 
 
 def recorded_profiles(stored: pd.DataFrame) -> list[str]:
@@ -183,16 +197,22 @@ def recorded_profiles(stored: pd.DataFrame) -> list[str]:
 def _mean_profile(
     study: StoredStudy,
     name: str,
-    trial: "pd.Series[Any]",
+    trials: pd.DataFrame,
     rows: pd.DataFrame,
     extent: tuple[float | None, float | None],
 ) -> MeanProfile:
     profile = study.known.profiles[name]
     model = study.known.models[study.provenance["model"]]
-    # Numbers of individuals differ between the events of a recording.
-    at = np.unique(np.concatenate(rows[f"{name}{AT}"].tolist()))
+    trial = trials.iloc[0]
+    individuals = _individuals(study, profile.axis)
+    own_at = rows[f"{name}{AT}"].tolist()
+    if individuals:
+        own_at = _named_positions(study, trials["replicate"], individuals)
+    # The events of a recording differ in their individuals.
+    at = np.unique(np.concatenate(own_at))
+    individuals = tuple(individuals[int(place)] for place in at if individuals)
     values = np.full((len(rows), len(at)), np.nan)
-    own = zip(rows[f"{name}{AT}"], rows[name], strict=True)
+    own = zip(own_at, rows[name], strict=True)
     for row, (positions, measured) in zip(values, own, strict=True):
         row[np.searchsorted(at, positions)] = measured
     value, low, high = _band(values, (profile.low, profile.high))
@@ -223,6 +243,7 @@ def _mean_profile(
         point=str(trial["point"]),
         settings={str(setting): trial[setting] for setting in study.varied},
         at=at,
+        individuals=individuals,
         values=values,
         value=value,
         low=low,

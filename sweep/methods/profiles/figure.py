@@ -19,6 +19,7 @@ from sweep.figures import (
     Choices,
     FigureKind,
     Planned,
+    as_text,
     legend,
     named,
     note,
@@ -28,6 +29,8 @@ from sweep.methods.profiles.analysis import MeanProfile, mean_profiles, with_uni
 from sweep.tables import StoredStudy
 
 MOST_LINES = len(COLOURS)
+MOST_UPRIGHT = 16
+"""Number of individuals up to which their names are not turned."""
 
 
 def profile_figure(study: StoredStudy, profile: str) -> Figure:
@@ -79,6 +82,9 @@ def draw_profile(study: StoredStudy, lines: Sequence[MeanProfile]) -> Figure:
             axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
             axes.xaxis.set_major_formatter("{x:g}")
             axes.xaxis.set_minor_formatter("")
+        if first.individuals:
+            axes.set_xticks(first.at, list(map(as_text, first.individuals)))
+            axes.tick_params("x", rotation=90 if len(first.at) > MOST_UPRIGHT else 0)
         if first.zero is not None:
             axes.axhline(0.0, color=GREY, lw=0.8, zorder=0)
         axes.set_xlabel(with_unit(first.axis, first.axis_unit))

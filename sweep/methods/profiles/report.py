@@ -48,6 +48,7 @@ def _rows(profile: MeanProfile) -> pd.DataFrame:
             "axis": profile.axis,
             "axis_unit": profile.axis_unit,
             "at": profile.at,
+            "individual": profile.individuals or "",
             "mean": profile.value,
             "low": profile.low,
             "high": profile.high,
@@ -103,13 +104,13 @@ def _table(study: StoredStudy, of_name: Sequence[MeanProfile], room: int) -> Tex
     rows = [
         [
             *map(brief, profile.settings.values()),
-            brief(float(at)),
+            position,
             with_interval(value, low, high),
             str(count),
         ]
         for profile in of_name
-        for at, value, low, high, count in zip(
-            *(profile.at, profile.value, profile.low, profile.high),
+        for position, value, low, high, count in zip(
+            *(profile.positions, profile.value, profile.low, profile.high),
             (profile.values == profile.values).sum(axis=0),
             strict=True,
         )
