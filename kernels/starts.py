@@ -25,6 +25,11 @@ from kernels.state import Flock, World, empty_flock
 from kernels.torus import nearest_image
 from kernels.worlds import Reach, inside_any
 
+AROUND = 6.0
+"""Ratio of the radii of the two discs of `start_around`.
+
+The program of Jadhav et al. (2024) has the squares of sides 6 and 36.
+"""
 MOST_DRAWS = 100_000
 """Number of draws of one position after which the world has no free position."""
 
@@ -247,6 +252,48 @@ def start_opposite(
         raise RuntimeError(
             "no free place for a boid: obstacles fill the quarter of its start"
         )
+    return flock
+
+
+def start_around(
+    n: int,
+    settings: StartSettings,
+    world: World,
+    contact: Reach,
+    rng: Generator,
+    seed: int,
+) -> Flock:
+    """Draw the flock of `start_portable`, with the last boid in a larger disc.
+
+    Parameters
+    ----------
+    n : int
+        Number of boids.
+    settings : StartSettings
+        Region, positions, velocities and speed of the start.
+    world : World
+        World with its obstacles.
+    contact : Reach
+        Reach of `world` with margin 0.
+    rng : Generator
+        Source of all random numbers.
+    seed : int
+        Not used.
+
+    Returns
+    -------
+    Flock
+
+    Raises
+    ------
+    RuntimeError
+        If no free position is found.
+    """
+    flock = start_portable(n, settings, world, contact, rng, seed)
+    larger = settings._replace(start_radius=AROUND * settings.start_radius)
+    last = start_portable(1, larger, world, contact, rng, seed)
+    flock.x[-1] = last.x[0]
+    flock.y[-1] = last.y[0]
     return flock
 
 
@@ -549,6 +596,17 @@ STARTS = Registry(
                     "start_positions == 'continuous'",
                     "start_draws: opposite draws anywhere in its quarters: it needs"
                     " start_positions continuous",
+                ),
+            ),
+        ),
+        "around": Start(
+            start_around,
+            "as portable, but the last boid is in a disc with six times the radius",
+            "Jadhav et al. (2024)",
+            (
+                Demand(
+                    "start_radius > 0",
+                    "start_draws: around draws in discs: it needs start_radius above 0",
                 ),
             ),
         ),

@@ -154,7 +154,7 @@ class Tracks:
 
     def _count_piece(self, file: TrackFile, piece: pa.Table, first: int) -> None:
         self._check_names(file, piece, first)
-        piece = piece.take(self._read_rows(piece))
+        piece, _ = self._chosen(piece)
         events, individuals = self._groups(file, piece)
         pairs, counts = np.unique(_pair(events, individuals), return_counts=True)
         for pair, count in zip(pairs.tolist(), counts.tolist(), strict=True):
@@ -183,10 +183,9 @@ class Tracks:
                 place = file.place(first + rows[0])
                 words = f"{column} is missing"
                 self.errors.note("a missing name", place, words, len(rows))
-        column = self.spec.columns.kind
-        if column is None:
+        if self.spec.columns.kind is None:
             return
-        kinds = _kinds(piece, column).unique().to_pylist()
+        kinds = _kinds(piece, self.spec.columns.kind).unique().to_pylist()
         self._present.update(filter(None, kinds))
         for kind in kinds:
             if self.spec.kinds and kind not in self.spec.kinds:
@@ -198,14 +197,16 @@ class Tracks:
                 )
                 self.errors.note("kinds of this name", file.name, words)
 
-    def _read_rows(self, piece: pa.Table) -> Wholes:
-        """Return the indices of the rows whose kind is read."""
-        if not self.spec.kinds or self.spec.columns.kind is None:
-            return np.arange(piece.num_rows)
-        wanted = pa.array(self.spec.kinds)
-        is_read = pc.is_in(_kinds(piece, self.spec.columns.kind), value_set=wanted)
-        rows: Wholes = np.flatnonzero(is_read.to_numpy(zero_copy_only=False))
-        return rows
+    def _chosen(self, piece: pa.Table) -> tuple[pa.Table, Wholes]:
+        """Return the rows whose kind is read, and their indices in the piece."""
+        rows = np.arange(piece.num_rows)
+        if self.spec.kinds and self.spec.columns.kind is not None:
+            chosen = pa.array(self.spec.kinds)
+            kinds = _kinds(piece, self.spec.columns.kind)
+            is_chosen = pc.is_in(kinds, value_set=chosen)
+            rows = np.flatnonzero(is_chosen.to_numpy(zero_copy_only=False))
+            piece = piece.take(rows)
+        return piece, rows
 
     def _groups(self, file: TrackFile, piece: pa.Table) -> tuple[Wholes, Wholes]:
         """Return the number of the event and of the individual of each row."""
@@ -242,10 +243,10 @@ class Tracks:
             begin = row
             for piece in file.pieces(self.columns, self.errors):
                 values = self._numbers(file, piece, row - begin)
-                own = self._read_rows(piece)
-                places = self._places(file, piece.take(own), following, ends)
-                sorted_numbers[:, places] = values[:, own]
-                sorted_rows[places] = row + own
+                chosen, rows = self._chosen(piece)
+                places = self._places(file, chosen, following, ends)
+                sorted_numbers[:, places] = values[:, rows]
+                sorted_rows[places] = row + rows
                 row += piece.num_rows
         own_rows = {
             key: slice(end - self._counts[key], end) for key, end in ends.items()

@@ -21,7 +21,7 @@ from tests.trial import test_all_layers
 pytest.importorskip("numba_cuda", reason="the extra `gpu` is not installed")
 ptx: Any = pytest.importorskip("kernels.device.ptx")
 
-MEASURED_BY = {"vicsek1995": 33, "strombom2014": 38}
+MEASURED_BY = {"vicsek1995": 33, "strombom2014": 39}
 """How many metrics a device measures of the flights of these models, which are compiled
 with all of them: strombom2014 has kinds of boids. Others have the speed.
 """
