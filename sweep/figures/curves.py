@@ -22,6 +22,7 @@ from sweep.figures.drawing import (
     title_panel,
     without_trials,
     words,
+    y_label,
 )
 from sweep.figures.marks import FigureMarks, MarkedAxis, MarkedPanel, legend_of_marks
 from sweep.figures.planning import Choices, FigureKind, Planned
@@ -234,7 +235,7 @@ def _curve_panel(axes: Axes, layout: Curves, metric: str, facet: Facet) -> None:
             lw=0,
         )
     axes.set_xlabel("frame (steps)")
-    axes.set_ylabel(quantity(selection.study, metric))
+    axes.set_ylabel(y_label(quantity(selection.study, metric)))
     if table.empty:
         without_trials(axes)
     elif table["mean"].min() >= 0.0:

@@ -30,6 +30,7 @@ from sweep.text import harmless, shortened
 from sweep.trial import TrialWorld
 
 LETTERS_AN_INCH = 18.0
+LETTERS_OF_AN_AXIS = 32
 LETTERS_OF_A_TITLE = 104
 MOST_COLUMNS = 8
 ROOM = 0.96
@@ -489,6 +490,11 @@ def quantity(study: Results, name: str) -> str:
         + half
         + (f" ({unit})" if unit else "")
     )
+
+
+def y_label(text: str) -> str:
+    """Return a label in lines that are no longer than a y axis."""
+    return "\n".join(wrap(text, LETTERS_OF_AN_AXIS))
 
 
 def words(value: object) -> str:

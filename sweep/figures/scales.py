@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from pathlib import Path
+from textwrap import wrap
 from typing import Literal
 
 import numpy as np
@@ -19,6 +20,9 @@ Floats = NDArray[np.float64]
 
 DECADE = 10.0
 LONG_NAMES = 12
+"""The most characters of names that stay upright below a panel."""
+LONG_LINE = 16
+"""The most characters of a line of a turned name."""
 MOST_TICKS = 12
 LETTERS_OF_TICKS = 20
 """The most characters of ticks that fit side by side below a panel."""
@@ -131,8 +135,11 @@ def label_setting(
     axis.set_label_text(quantity(selection.study, name))
     if not has_scale(selection.points[name]):
         names = [words(value) for value in selection.values(name)]
+        turned = direction == "x" and _crowded(names)
+        if turned:
+            names = ["\n".join(wrap(text, LONG_LINE)) for text in names]
         axis.set_ticks(range(len(names)), names)
-        if direction == "x" and _crowded(names):
+        if turned:
             axes.tick_params(axis="x", labelrotation=40)
             for label in axes.get_xticklabels():
                 label.set(ha="right", rotation_mode="anchor")

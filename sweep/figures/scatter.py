@@ -23,6 +23,7 @@ from sweep.figures.drawing import (
     span,
     title_panel,
     words,
+    y_label,
 )
 from sweep.figures.marks import (
     FigureMarks,
@@ -205,7 +206,7 @@ def draw_scatter(layout: Scatter) -> Figure:
                 title_panel(axes, [panel.facet.title, *correlations], len(row))
                 label_setting(selection, panel.name, axes)
                 if axes is row[0]:
-                    axes.set_ylabel(quantity(selection.study, metric))
+                    axes.set_ylabel(y_label(quantity(selection.study, metric)))
         if by:
             _legend(figure, layout)
         correlated = any(

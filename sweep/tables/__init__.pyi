@@ -18,6 +18,7 @@ from .exporting import origins_of as origins_of
 from .exporting import write_about as write_about
 from .exporting import write_rows as write_rows
 from .flock_changes import write_flock_changes as write_flock_changes
+from .joined import STUDY as STUDY
 from .joined import JoinedStudies as JoinedStudies
 from .joined import stored_parts as stored_parts
 from .json_text import json_rows as json_rows

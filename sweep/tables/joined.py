@@ -89,15 +89,17 @@ class JoinedStudies(Results):
     def differ(self) -> dict[str, list[Any]]:
         """The model, preset and fixed parameters that differ, with the value per study.
 
-        The model and the preset come first.
+        The model and the preset come first. Parameters that mean nothing for a study
+        are left out.
         """
+        idle = {name for study in self.parts for name in study.idle}
         first = [study.trials.iloc[0] for study in self.parts]
         varied = {name for study in self.parts for name in study.varied}
         names = (*ABOUT, *self.parts[0].settings)
         fixed = {
             name: [trial[name] for trial in first]
             for name in names
-            if name not in varied and all(name in trial for trial in first)
+            if name not in varied | idle and all(name in trial for trial in first)
         }
         return {
             name: values

@@ -107,6 +107,10 @@ class Conversion(NamedTuple):
     left_out: Mapping[str, str]
 
 
+IDLE = ("sensing", "actuation", "failures", "medium", "start")
+"""Groups of parameters of boids that a model steers."""
+
+
 class StoredStudy(Results):
     """The stored results of the spec of a study as last launched.
 
@@ -696,6 +700,32 @@ class StoredStudy(Results):
         # Up to 0.1 a plan does not name the model.
         model = self.provenance.get("model") or str(self.trials["model"].iloc[0])
         return settings_of(model, self.known).of_study(())
+
+    @property
+    def idle(self) -> set[str]:
+        """The parameters that mean nothing for a recording; none for a model.
+
+        A recording has a world and ranges of metrics, but no senses, no start and no
+        drawn obstacles.
+
+        Examples
+        --------
+        >>> study = sweep.load("my/first")
+        >>> study.idle
+        set()
+        """
+        model = self.provenance.get("model")
+        if model is None or not self.known.models[model].events:
+            return set()
+        metrics = [self.known_metrics.get(name) for name in self.metrics]
+        read = {name for metric in metrics if metric for name in metric.parameters}
+        return {
+            name
+            for name, setting in self.settings.items()
+            if setting.group in IDLE
+            or setting.only_where
+            or (setting.group == "observation" and name not in read)
+        }
 
     @property
     def spec(self) -> str:

@@ -18,9 +18,10 @@ from sweep import load
 from sweep.analysis import mean_interval, simultaneous_confidence
 from sweep.design import Job, Jobs, expand
 from sweep.errors import ChoiceError, SpecError
-from sweep.figures import profile_figure
+from sweep.figures import KINDS, Choices, profile_figure
 from sweep.methods.profiles import mean_profiles
 from sweep.own_code import load_spec, study_of
+from sweep.tables import JoinedStudies
 from sweep.trial import run, simulation
 from tests.commands import sweep
 from tests.naive import profiles as naive
@@ -530,6 +531,26 @@ def test_a_mean_over_events_is_that_of_individuals_of_one_name(tmp_path: Path) -
     axes = profile_figure(study, "directional_delay").axes[0]
     ticks = [tick.get_text() for tick in axes.get_xticklabels()]
     assert ticks == ["ada", "bea", "cleo", r"\$x\$"]
+
+
+def test_a_figure_of_two_studies_has_a_line_for_each(lab: Path, tmp_path: Path) -> None:
+    """Positions may differ, not units; individuals are never compared."""
+    other = SPEC.replace("my/profiles", "my/other").replace(
+        "to: 2, bins: 8", "to: 2.5, bins: 8"
+    )
+    (tmp_path / "other.yaml").write_text(other, encoding="utf-8")
+    where = ("--results", str(lab / "results"))
+    assert sweep(tmp_path, "launch", "other.yaml", *where).returncode == 0
+    parts = [load(name, lab / "results") for name in ("my/profiles", "my/other")]
+    first, second = (part.where(noise=3) for part in parts)
+    joined = JoinedStudies([first, second])
+    planned = KINDS["profiles"].figures(joined, Choices())
+    assert [figure.metric for figure in planned] == list(PROFILES)[:-1]
+    axes = planned[0].draw().axes[0]
+    ends = [line.get_xdata()[-1] for line in axes.get_lines()]
+    assert ends == pytest.approx([1.875, 2.34375])
+    labels = axes.get_legend_handles_labels()[1]
+    assert labels == [f"study = {part.name}" for part in (first, second)]
 
 
 def test_the_figure_has_a_line_and_a_band_per_point(lab: Path) -> None:

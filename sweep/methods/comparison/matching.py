@@ -17,8 +17,6 @@ from sweep.store import same_code
 DIGITS = 9
 """Numbers that agree in so many digits are equal, so that 0.3 matches 3 * 0.1."""
 
-IDLE = ("sensing", "actuation", "failures", "medium", "start")
-"""Groups of parameters of boids that a model steers."""
 PROPERTIES = ("model", "preset", "kernels", "shapes of the map", "every")
 """Properties in which two points may differ in addition to parameters."""
 
@@ -100,7 +98,7 @@ def match(side_a: Side, side_b: Side) -> Matching:
         )
     first = first[~same]
     second = second[~same]
-    idle = _idle(side_a) | _idle(side_b)
+    idle = side_a.study.idle | side_b.study.idle
     unmatched = [name for name in settings if name not in names and name not in idle]
     return Matching(
         names=names,
@@ -110,30 +108,6 @@ def match(side_a: Side, side_b: Side) -> Matching:
         same=int(same.sum()),
         differ=_differences(first, second, [*PROPERTIES, *unmatched]),
     )
-
-
-def _idle(side: Side) -> set[str]:
-    """Return the parameters that mean nothing for a recording; none for a model.
-
-    A recording has a world and ranges of metrics, but no senses, no start and no drawn
-    obstacles.
-    """
-    if not side.study.known.models[side.model].events:
-        return set()
-    known = side.study.known_metrics
-    read = {
-        parameter
-        for name in side.study.metrics
-        if name in known
-        for parameter in known[name].parameters
-    }
-    return {
-        name
-        for name, setting in side.study.settings.items()
-        if setting.group in IDLE
-        or setting.only_where
-        or (setting.group == "observation" and name not in read)
-    }
 
 
 def telling(settings: pd.DataFrame) -> list[str]:

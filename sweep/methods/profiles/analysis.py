@@ -210,11 +210,14 @@ def _mean_profile(
         own_at = _named_positions(study, trials["replicate"], individuals)
     # The events of a recording differ in their individuals.
     at = np.unique(np.concatenate(own_at))
-    individuals = tuple(individuals[int(place)] for place in at if individuals)
     values = np.full((len(rows), len(at)), np.nan)
     own = zip(own_at, rows[name], strict=True)
     for row, (positions, measured) in zip(values, own, strict=True):
         row[np.searchsorted(at, positions)] = measured
+    if profile.axis == "individual":  # others are not of the measured kind
+        is_measured = np.isfinite(values).any(axis=0)
+        at = at[is_measured]
+        values = values[:, is_measured]
     value, low, high = _band(values, (profile.low, profile.high))
     inside = np.ones(len(at), np.bool_)
     start, stop = extent
@@ -243,7 +246,7 @@ def _mean_profile(
         point=str(trial["point"]),
         settings={str(setting): trial[setting] for setting in study.varied},
         at=at,
-        individuals=individuals,
+        individuals=tuple(individuals[int(place)] for place in at if individuals),
         values=values,
         value=value,
         low=low,

@@ -1,6 +1,8 @@
 """The figure of profiles: means along the axis, with bands for the whole curve."""
 
+from collections import defaultdict
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -26,7 +28,7 @@ from sweep.figures import (
     select,
 )
 from sweep.methods.profiles.analysis import MeanProfile, mean_profiles, with_unit
-from sweep.tables import StoredStudy
+from sweep.tables import STUDY, Results, StoredStudy, stored_parts
 
 MOST_LINES = len(COLOURS)
 MOST_UPRIGHT = 16
@@ -56,7 +58,7 @@ def profile_figure(study: StoredStudy, profile: str) -> Figure:
     return draw_profile(study, _lines(study, mean_profiles(study, [profile])))
 
 
-def _lines(study: StoredStudy, means: Sequence[MeanProfile]) -> Sequence[MeanProfile]:
+def _lines(study: Results, means: Sequence[MeanProfile]) -> Sequence[MeanProfile]:
     if len(means) > MOST_LINES:
         raise ChoiceError(
             f"has {len(means):,} points; allowed: up to {MOST_LINES} lines; choose"
@@ -67,8 +69,8 @@ def _lines(study: StoredStudy, means: Sequence[MeanProfile]) -> Sequence[MeanPro
     return means
 
 
-def draw_profile(study: StoredStudy, lines: Sequence[MeanProfile]) -> Figure:
-    """Draw the figure of a profile, with one line per point."""
+def draw_profile(study: Results, lines: Sequence[MeanProfile]) -> Figure:
+    """Draw the figure of a profile, with one line per point of each study."""
     first = lines[0]
     with style.context(STYLE):
         figure = Figure(figsize=(4.8, 3.9))
@@ -121,7 +123,7 @@ def _style(number: int) -> str:
     return str(LINE_STYLES[number % len(LINE_STYLES)])
 
 
-def _note(study: StoredStudy, lines: Sequence[MeanProfile]) -> str:
+def _note(study: Results, lines: Sequence[MeanProfile]) -> str:
     text = (
         f"{lines[0].text}; means over {study.averaged} of {{n}} trials per"
         " point; bands: 95 % confidence intervals that hold for all positions together"
@@ -129,24 +131,45 @@ def _note(study: StoredStudy, lines: Sequence[MeanProfile]) -> str:
     return select(study).note(text, [len(line.values) for line in lines], shown=[])
 
 
-def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
+def plan(study: Results, choices: Choices) -> list[Planned]:
     """Return a figure per profile.
 
-    Raises ChoiceError for a study without profiles.
+    Raises ChoiceError for a study without profiles, and for studies that share none.
     """
-    means = mean_profiles(study, choices.metrics)
-    names = dict.fromkeys(mean.name for mean in means)
+    by_name = _by_name(study, choices.metrics)
     return [
-        Planned(
-            name,
-            partial(
-                draw_profile,
-                study,
-                _lines(study, [mean for mean in means if mean.name == name]),
-            ),
-        )
-        for name in names
+        Planned(name, partial(draw_profile, study, _lines(study, lines)))
+        for name, lines in by_name.items()
     ]
 
 
-KIND = FigureKind("a profile along its axis, with a line per point", (), plan)
+def _by_name(study: Results, names: Sequence[str]) -> dict[str, list[MeanProfile]]:
+    """Return the means of the profiles that all joined studies share, by name."""
+    parts = stored_parts(study)
+    by_name = defaultdict[str, list[MeanProfile]](list)
+    for part in parts:
+        for mean in mean_profiles(part, names):
+            of_study = {} if len(parts) == 1 else {STUDY: part.name}
+            line = replace(mean, settings=of_study | mean.settings)
+            by_name[mean.name].append(line)
+    if len(parts) == 1:
+        return by_name
+    shared = {
+        name: lines
+        for name, lines in by_name.items()
+        if len({line.settings[STUDY] for line in lines}) == len(parts)
+        and len({(line.unit, line.axis_unit) for line in lines}) == 1
+        and lines[0].axis != "individual"
+    }
+    if not shared:
+        raise ChoiceError(
+            "no profile is in equal units in all studies; individuals of a study are"
+            " not those of another study",
+            study.name,
+        )
+    return shared
+
+
+KIND = FigureKind(
+    "a profile along its axis, with a line per point", (), plan, of_several=True
+)
