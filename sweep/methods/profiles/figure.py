@@ -134,7 +134,7 @@ def _note(study: Results, lines: Sequence[MeanProfile]) -> str:
 def plan(study: Results, choices: Choices) -> list[Planned]:
     """Return a figure per profile.
 
-    Raises ChoiceError for a study without profiles, and for studies that share none.
+    Raises ChoiceError without profiles, or without a profile of all joined studies.
     """
     by_name = _by_name(study, choices.metrics)
     return [
