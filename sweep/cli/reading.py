@@ -156,7 +156,8 @@ class PlotCommand(Command):
                     "Further studies for a figure of several studies, and kinds of"
                     f" figures: {', '.join(names)}; of a search {', '.join(of_search)};"
                     " or a file with a kind, ./NAME.py. By default all kinds that"
-                    " apply. A study with the name of a kind needs a slash, for example"
+                    " apply. A condition may follow a study, such as my/flock:noise=1."
+                    " A study with the name of a kind needs a slash, for example"
                     " curves/."
                 )
         super().format_help(ctx, formatter)

@@ -29,7 +29,7 @@ def plot_arguments(
     names : sequence of str
         Names of studies, of kinds and of files with kinds; the first name is a study.
         The name of a kind means the kind; with a slash at the end the name means a
-        study.
+        study. A colon and a condition may follow the name of a study.
     results : Location
         Folder of stored studies.
     where : iterable of str
@@ -43,14 +43,14 @@ def plot_arguments(
     """
     refusals = Refusals()
     first, *further_names = names
-    study_names = [first.rstrip("/")]
+    chosen = [_chosen(first)]
     kinds = list[str]()
     for name in further_names:
-        plain = name.rstrip("/")
-        if name in KINDS or name.partition(":")[0].endswith(SUFFIX):
+        plain, own = _chosen(name)
+        if name in KINDS or plain.endswith(SUFFIX):
             kinds.append(name)
         elif (results / plain / PLAN).exists():
-            study_names.append(plain)
+            chosen.append((plain, own))
         else:
             with refusals.noted():
                 raise ChoiceError(
@@ -59,14 +59,20 @@ def plot_arguments(
                 )
     conditions = tuple(where)
     studies = list[StoredStudy]()
-    for name in study_names:
+    for name, own in chosen:
         stored = keep_apart(StoredStudy(name, results))
         with refusals.noted():
-            studies.append(stored.where(*conditions))
+            studies.append(stored.where(*conditions, *own))
     refusals.check()
     return PlotArguments(
         studies[0] if len(studies) == 1 else JoinedStudies(studies), kinds
     )
+
+
+def _chosen(text: str) -> tuple[str, tuple[str, ...]]:
+    """Return the name of a study, and the condition after a colon, if there is one."""
+    name, _, condition = text.partition(":")
+    return name.rstrip("/"), (condition,) if condition else ()
 
 
 def check_shared(study: Results, metrics: Iterable[str]) -> None:

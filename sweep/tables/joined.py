@@ -143,7 +143,7 @@ class JoinedStudies(Results):
             table = study.points.reindex(columns=self.varied[1:])
             for name in table.columns[table.isna().all()]:
                 table[name] = self._fixed_value(study, str(name))
-            table.insert(0, STUDY, self._labels[study.name])
+            table.insert(0, STUDY, self.labels[study.name])
             table.index = pd.Index(self._ids(table.index, study.name), name="point")
             tables.append(table)
         return pd.concat(tables)
@@ -154,7 +154,7 @@ class JoinedStudies(Results):
         tables = []
         for study in self.parts:
             ids = {name: self._ids(study.trials[name], study.name) for name in IDS}
-            tables.append(study.trials.assign(study=self._labels[study.name], **ids))
+            tables.append(study.trials.assign(study=self.labels[study.name], **ids))
         return pd.concat(tables, ignore_index=True)
 
     @cached_property
@@ -229,7 +229,7 @@ class JoinedStudies(Results):
         return next((study.looks for study in self.parts if study.looks), None)
 
     @cached_property
-    def _labels(self) -> dict[str, str]:
+    def labels(self) -> dict[str, str]:
         """The text for each study in a legend."""
         return {
             study.name: f"{study.name} ({self._own(study)}{_done(study):,} trials)"

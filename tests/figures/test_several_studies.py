@@ -7,7 +7,7 @@ import pytest
 
 from sweep.errors import ChoiceError
 from sweep.figures import heatmap_figure, metric_curves, save, saved_about
-from sweep.figures.asked import check_shared
+from sweep.figures.asked import check_shared, plot_arguments
 from sweep.figures.kinds import KINDS
 from sweep.figures.planning import Choices
 from sweep.figures.saving import about_study
@@ -58,6 +58,17 @@ def test_curves_of_two_studies_are_lines_with_the_number_of_each(results: Path) 
     for line in alone:
         assert any(np.array_equal(line, other) for other in drawn)
     assert shown(figure).startswith("small and more/other: 2 to 3 trials per curve")
+
+
+def test_a_condition_after_a_study_holds_for_this_study(results: Path) -> None:
+    weight = StoredStudy("small", results).points["separation_weight"].iloc[0]
+    names = [f"small:separation_weight={weight}", "more/other", "curves"]
+    asked = plot_arguments(names, results, [])
+    first, second = asked.study.parts
+    assert first.chosen == {"separation_weight": weight}
+    assert (second.restricted, asked.kinds) == (False, ["curves"])
+    with pytest.raises(ChoiceError, match='unknown parameter "nois"'):
+        plot_arguments(["small", "more/other:nois=1"], results, [])
 
 
 def test_points_of_two_studies_have_their_own_colours(results: Path) -> None:
@@ -149,7 +160,7 @@ def test_a_kind_for_one_study_says_so(results: Path) -> None:
     both = joined(results, "small", "more/other")
     for name, kind in KINDS.items():
         reason = kind.suits(both, Choices())
-        together = name in ("curves", "scatter", "heatmap")
+        together = name in ("curves", "scatter", "heatmap", "profiles")
         assert ("shows one study at a time" in reason) != together, name
 
 

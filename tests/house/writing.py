@@ -27,6 +27,7 @@ WRITERS = {
 """What can write to a path, or make a file."""
 
 INTO_A_FILE = {
+    "experiments/sheep/recording/convert.py to_parquet": "beside a spec, once",
     "experiments/vasarhelyi2018/winners.py to_csv": "into the repository",
     "sweep/explorer/widget.py savefig": "into memory",
     "sweep/figures/saving.py savefig": "into a file of `unfinished`",

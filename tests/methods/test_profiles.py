@@ -550,7 +550,7 @@ def test_a_figure_of_two_studies_has_a_line_for_each(lab: Path, tmp_path: Path) 
     ends = [line.get_xdata()[-1] for line in axes.get_lines()]
     assert ends == pytest.approx([1.875, 2.34375])
     labels = axes.get_legend_handles_labels()[1]
-    assert labels == [f"study = {part.name}" for part in (first, second)]
+    assert labels == [f"study = {part.name} (3 trials)" for part in (first, second)]
 
 
 def test_the_figure_has_a_line_and_a_band_per_point(lab: Path) -> None:

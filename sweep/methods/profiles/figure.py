@@ -28,7 +28,7 @@ from sweep.figures import (
     select,
 )
 from sweep.methods.profiles.analysis import MeanProfile, mean_profiles, with_unit
-from sweep.tables import STUDY, Results, StoredStudy, stored_parts
+from sweep.tables import STUDY, JoinedStudies, Results, StoredStudy, stored_parts
 
 MOST_LINES = len(COLOURS)
 MOST_UPRIGHT = 16
@@ -148,8 +148,10 @@ def _by_name(study: Results, names: Sequence[str]) -> dict[str, list[MeanProfile
     parts = stored_parts(study)
     by_name = defaultdict[str, list[MeanProfile]](list)
     for part in parts:
+        of_study = {}
+        if isinstance(study, JoinedStudies):
+            of_study = {STUDY: study.labels[part.name]}
         for mean in mean_profiles(part, names):
-            of_study = {} if len(parts) == 1 else {STUDY: part.name}
             line = replace(mean, settings=of_study | mean.settings)
             by_name[mean.name].append(line)
     if len(parts) == 1:
