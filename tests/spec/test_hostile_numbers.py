@@ -181,7 +181,8 @@ class Spec:
 
     def settings(self) -> dict[str, Setting]:
         model = self.content["model"]
-        return settings_of(model if model in MODELS else next(iter(MODELS)), BUILT_IN)
+        is_known = isinstance(model, str) and model in MODELS
+        return settings_of(model if is_known else next(iter(MODELS)), BUILT_IN)
 
 
 @cache
