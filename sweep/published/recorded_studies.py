@@ -7,7 +7,7 @@ from typing import Any
 
 from sweep.published.starting import OWN, Begun, check_new_spec, for_editors
 from sweep.recordings import Survey, survey
-from sweep.spec import RecordingSpec, dump, keys_of
+from sweep.spec import ANY, RecordingSpec, dump, keys_of
 from sweep.tables import unfinished
 from sweep.text import so_many
 
@@ -85,13 +85,17 @@ def _lines(name: str, file: str, target: Path, facts: Survey) -> Iterator[str]:
 
 def _section(file: str, facts: Survey) -> dict[str, Any]:
     """Return the section `recording` of a spec."""
+    columns = dict(facts.columns)
+    if ANY in columns["x"]:
+        del columns["individual"]
     velocities = {"velocities": "given"} if "vx" in facts.columns else {}
     delimiter = {"delimiter": facts.delimiter} if facts.delimiter != "comma" else {}
     return {
         "files": [file],
-        "columns": facts.columns,
+        "columns": columns,
         **delimiter,
         **({"time_step": facts.time_step} if facts.time_step else {}),
+        **({"coordinates": "degrees"} if facts.in_degrees else {}),
         "length": facts.length or RecordingSpec.length,
         "scale": 1,
         "gaps": 0 if facts.is_regular else 2 * (facts.time_step or 0.0),

@@ -1,4 +1,4 @@
-"""Files of tracks: CSV, parquet, netCDF of movement, and arrays of TRex.
+"""Files of tracks: CSV, parquet, netCDF of movement, arrays of TRex, wide files.
 
 A file gives its rows piece by piece, so that a file may exceed the memory. A new format
 is a class here, and an entry of FORMATS.
@@ -20,6 +20,7 @@ import pyarrow.csv
 import pyarrow.parquet as pq
 
 from sweep.recordings.row_errors import RowErrors
+from sweep.spec import ANY
 from sweep.text import installing
 
 UNREADABLE = (
@@ -244,6 +245,84 @@ class ArraysFile(TrackFile):
         lengths = [len(array) for array in arrays.values()]
         usual = max(set(lengths), key=lengths.count, default=0)
         return {name: array for name, array in arrays.items() if len(array) == usual}
+
+
+@dataclass(frozen=True)
+class WideFile(TrackFile):
+    """A file with a row per time, and columns for each individual.
+
+    The file is read as one with a row per individual and time. A name with ANY is then
+    the name of a column, and `individual` has the texts in place of ANY.
+
+    Attributes
+    ----------
+    file : TrackFile
+        The file with a row per time.
+    individual : str
+        Name of the column of the individuals.
+    patterns : tuple of str
+        Names of columns with ANY, of which the first names the individuals.
+    """
+
+    file: TrackFile
+    individual: str
+    patterns: tuple[str, ...]
+
+    def place(self, row: int) -> str:
+        """Return the file and the row of a time, in words; rows count from 0."""
+        return self.file.place(row // max(1, len(self._individuals())))
+
+    def columns(self) -> list[str]:
+        """Return the names of the columns of times, of the individuals and patterns."""
+        present = self.file.columns()
+        individuals = self._individuals()
+        if not individuals:
+            raise ValueError(f'no column has a name such as "{self.patterns[0]}"')
+        own = {
+            pattern.replace(ANY, name)
+            for pattern in self.patterns
+            for name in individuals
+        }
+        if lacking := sorted(own - {*present}):
+            raise ValueError(f'the column "{lacking[0]}" is missing')
+        untouched = [name for name in present if name not in own]
+        return [*untouched, self.individual, *self.patterns]
+
+    def _individuals(self) -> list[str]:
+        begin, _, end = self.patterns[0].partition(ANY)
+        length = len(begin) + len(end)
+        return [
+            name[len(begin) : len(name) - len(end)]
+            for name in self.file.columns()
+            if name.startswith(begin) and name.endswith(end) and len(name) > length
+        ]
+
+    def _pieces(self, columns: Sequence[str], errors: RowErrors) -> Iterator[pa.Table]:
+        """Yield the individuals at some times, time after time."""
+        individuals = self._individuals()
+        patterns = [name for name in columns if name in self.patterns]
+        untouched = [
+            name for name in columns if name not in (self.individual, *self.patterns)
+        ]
+        read = patterns or self.patterns[:1]
+        own = {
+            pattern: [pattern.replace(ANY, name) for name in individuals]
+            for pattern in read
+        }
+        names = [*untouched, *(name for group in own.values() for name in group)]
+        for piece in self.file.pieces(names, errors):
+            times = piece.num_rows
+            count = len(individuals)
+            # Row k has the individual k % count at the time k // count.
+            turned = np.arange(times * count).reshape(count, times).T.ravel()
+            table = {self.individual: pa.array(individuals * times, pa.string())}
+            for name in untouched:
+                table[name] = piece[name].take(np.repeat(np.arange(times), count))
+            for pattern, group in own.items():
+                chunks = [chunk for name in group for chunk in piece[name].chunks]
+                column = pa.chunked_array(chunks, piece[group[0]].type)
+                table[pattern] = column.take(turned)
+            yield pa.table(table).select([*columns])
 
 
 FORMATS: Mapping[str, type[TrackFile]] = {

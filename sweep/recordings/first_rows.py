@@ -8,13 +8,14 @@ from typing import NamedTuple
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute as pc
 from numpy.typing import NDArray
 
 from sweep.errors import SpecError
-from sweep.recordings.files import FORMATS, CsvFile
+from sweep.recordings.files import FORMATS, CsvFile, WideFile
 from sweep.recordings.row_errors import RowErrors
 from sweep.recordings.rows import DELIMITERS, check_columns, numbers, texts, times
-from sweep.spec import Delimiter, Document, Entry
+from sweep.spec import ANY, Delimiter, Document, Entry, TrackColumns
 
 USUAL: dict[str, tuple[str, ...]] = {
     "individual": (
@@ -25,8 +26,14 @@ USUAL: dict[str, tuple[str, ...]] = {
     ),
     "time": ("t", "time", "seconds", "sec", "timestamp", "datetime"),
     "frame": ("frame", "frames", "frame_number", "frame_id"),
-    "x": ("x", "px", "pos_x", "x_pos", "x_position", "position_x", "easting"),
-    "y": ("y", "py", "pos_y", "y_pos", "y_position", "position_y", "northing"),
+    "x": (
+        *("x", "px", "pos_x", "x_pos", "x_position", "position_x", "easting"),
+        *("location_long", "longitude", "long", "lon"),
+    ),
+    "y": (
+        *("y", "py", "pos_y", "y_pos", "y_position", "position_y", "northing"),
+        *("location_lat", "latitude", "lat"),
+    ),
     "vx": ("vx", "v_x", "velocity_x"),
     "vy": ("vy", "v_y", "velocity_y"),
     "event": (
@@ -36,6 +43,10 @@ USUAL: dict[str, tuple[str, ...]] = {
     "kind": ("kind", "species", "type"),
 }
 """Usual names of each column, without capital letters and units."""
+DEGREES = ("location_long", "longitude", "long", "lon")
+"""Names of a column x that has degrees."""
+WIDE = (("x_", "", "y_"), ("x", "", "y"), ("", "_x", "_y"), ("", ".x", ".y"))
+"""Text before and after the name of an individual in a column x, and that of y."""
 LENGTHS = ("m", "cm", "mm", "km", "px")
 UNITS = re.compile(rf"(?P<name>.+?)_+(?P<unit>s|{'|'.join(LENGTHS)})_*")
 """Name of a column that ends with a unit, such as x_cm."""
@@ -69,6 +80,8 @@ class Survey(NamedTuple):
         Extent of the positions.
     length : str
         Unit of length in the name of the column x; "" without a unit.
+    in_degrees : bool
+        True if the positions are longitudes and latitudes.
     """
 
     columns: dict[str, str]
@@ -81,6 +94,7 @@ class Survey(NamedTuple):
     width: float
     height: float
     length: str
+    in_degrees: bool
 
 
 def survey(path: Path) -> Survey:
@@ -108,6 +122,16 @@ def survey(path: Path) -> Survey:
     file = FORMATS[path.suffix](path, path.name, DELIMITERS[delimiter])
     check_columns(entry, file, ())
     columns = _columns(path, file.columns())
+    if ANY in columns["x"]:
+        patterns = (columns["x"], columns["y"])
+        file = WideFile(
+            path,
+            path.name,
+            file.delimiter,
+            file,
+            individual=columns["individual"],
+            patterns=patterns,
+        )
     errors = RowErrors(entry)
     names = list(columns.values())
     piece = next(file.pieces(names, errors), None)
@@ -117,6 +141,10 @@ def survey(path: Path) -> Survey:
     x = numbers(piece, columns["x"], file, 0, errors=errors)
     y = numbers(piece, columns["y"], file, 0, errors=errors)
     individuals = texts(piece[columns["individual"]]).dictionary_encode()
+    if "event" in columns and piece.num_rows > 1:
+        events = pc.count_distinct(piece[columns["event"]]).as_py()
+        if events == piece.num_rows:  # numbers of rows, as in files of Movebank
+            del columns["event"]
     time_step = None
     longest = 0.0
     is_regular = True
@@ -140,6 +168,7 @@ def survey(path: Path) -> Survey:
         width=float(np.nanmax(x) - np.nanmin(x)),
         height=float(np.nanmax(y) - np.nanmin(y)),
         length=_plain(columns["x"])[1],
+        in_degrees=_plain(columns["x"])[0] in DEGREES,
     )
 
 
@@ -181,6 +210,8 @@ def _columns(path: Path, present: Sequence[str]) -> dict[str, str]:
         for name in names[::-1]
         if name in by_name
     }
+    if "x" not in columns:
+        columns |= _wide_columns(present)
     if "time" in columns:
         columns.pop("frame", None)
     if not {"vx", "vy"} <= columns.keys():
@@ -194,6 +225,22 @@ def _columns(path: Path, present: Sequence[str]) -> dict[str, str]:
             f" {{{lacking[0]}: {present[0]}}}` by hand (`sweep guide recordings`)"
         )
     return columns
+
+
+def _wide_columns(present: Sequence[str]) -> dict[str, str]:
+    """Return the names of columns of positions per individual, if there are such."""
+    for begin, end, other in WIDE:
+        x = f"{begin}{ANY}{end}"
+        y = f"{ANY}{other}" if end else f"{other}{ANY}"
+        names = [
+            name[len(begin) : len(name) - len(end)]
+            for name in present
+            if name.startswith(begin) and name.endswith(end)
+        ]
+        own = [name for name in names if name and y.replace(ANY, name) in present]
+        if own and len(own) == len(names):
+            return {"individual": TrackColumns.individual, "x": x, "y": y}
+    return {}
 
 
 def _plain(name: str) -> tuple[str, str]:

@@ -4,9 +4,10 @@ import hashlib
 import json
 import logging
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import asdict
+from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
@@ -25,12 +26,14 @@ from sweep.recordings.kept_frames import (
 from sweep.recordings.row_errors import RowErrors
 from sweep.recordings.rows import check_columns, track_files
 from sweep.recordings.tracks import Tracks
-from sweep.spec import FILE, Entry, RecordingSpec, read_section
-from sweep.text import so_many
+from sweep.spec import ANY, FILE, Entry, Mistakes, RecordingSpec, read_section
+from sweep.text import installing, so_many
 
 LOG = logging.getLogger("sweep")
 FAR = 10.0
 """Distance from (0, 0), in extents of the positions, from which the corner moves."""
+FEWEST_SMOOTHED = 4
+"""Fewest time steps of the window that smooths: five frames."""
 LARGE = 100_000_000
 """Bytes of files whose reading takes several seconds."""
 
@@ -185,20 +188,48 @@ def _kept(
 
 
 def _check_named(entry: Entry, spec: RecordingSpec) -> None:
-    """Raise SpecError if columns are missing, or have no effect."""
-    columns = spec.columns
-    for key in ("time", "frame", "x", "y", "vx", "vy", "kind"):
-        if getattr(columns, key) == FILE:
-            raise entry.error(
-                f"{FILE} is allowed for individual and event, not for {key}"
-            )
-    if spec.kinds and columns.kind is None:
-        raise entry.child("kinds").error("kinds need the column `kind`")
-    named = [name for name in ("vx", "vy") if getattr(columns, name) is not None]
-    if spec.velocities == "given" and len(named) < 2:
-        raise entry.error("`velocities: given` needs the columns vx and vy")
-    if spec.velocities != "given" and named:
-        words = (
-            f"the column {named[0]} has no effect with `velocities: {spec.velocities}`"
-        )
-        raise entry.error(f"{words}; write `velocities: given`")
+    """Raise SpecError for keys that miss columns, have no effect or contradict."""
+    mistakes = Mistakes()
+    for key, words in _contradictions(spec):
+        with mistakes.noted():
+            raise (entry.child(key) if key else entry).error(words)
+    mistakes.check()
+
+
+def _contradictions(spec: RecordingSpec) -> Iterator[tuple[str, str]]:
+    """Yield mistakes, each with the key of the section, "" for the section."""
+    columns = asdict(spec.columns)
+    has_velocities = spec.velocities == "given"
+    for key, name in columns.items():
+        if name == FILE and key not in ("individual", "event"):
+            words = f"{FILE} is allowed for individual and event, not for {key}"
+            yield "columns", words
+    measured = [columns[key] or "" for key in ("x", "y", "vx", "vy")]
+    starred = [name for name in measured if ANY in name]
+    if starred and (
+        len(starred) != (4 if has_velocities else 2)
+        or any(name.count(ANY) > 1 for name in starred)
+    ):
+        words = f"each column of positions and velocities has one {ANY}, or none has"
+        yield "columns", words
+    if starred and spec.columns.individual == FILE:
+        words = f"columns with {ANY} name the individuals; remove `individual`"
+        yield "columns", words
+    if spec.kinds and spec.columns.kind is None:
+        yield "kinds", "kinds need the column `kind`"
+    if spec.coordinates == "degrees" and not find_spec("pyproj"):
+        words = f"degrees need pyproj; {installing('geo')} installs the package"
+        yield "coordinates", words
+    if spec.smoothing and has_velocities:
+        words = "smoothing changes positions, not given velocities; use differences"
+        yield "smoothing", words
+    if 0.0 < spec.smoothing < FEWEST_SMOOTHED * spec.time_step:
+        words = f"{spec.smoothing:g} is less than {FEWEST_SMOOTHED} time steps"
+        yield "smoothing", f"{words}, and a parabola changes nothing"
+    named = [key for key in ("vx", "vy") if columns[key] is not None]
+    if has_velocities and len(named) < 2:
+        yield "", "`velocities: given` needs the columns vx and vy"
+    if named and not has_velocities:
+        words = f"the column {named[0]} has no effect with"
+        words += f" `velocities: {spec.velocities}`; write `velocities: given`"
+        yield "columns", words

@@ -11,9 +11,9 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
-from sweep.recordings.files import FORMATS, UNREADABLE, CsvFile, TrackFile
+from sweep.recordings.files import FORMATS, UNREADABLE, CsvFile, TrackFile, WideFile
 from sweep.recordings.row_errors import RowErrors
-from sweep.spec import FILE, Delimiter, Entry, RecordingSpec
+from sweep.spec import ANY, FILE, Delimiter, Entry, RecordingSpec
 from sweep.text import shortened, unknown
 
 MISSING = ("", "NA", "NaN", "nan", "null", "None")
@@ -49,7 +49,28 @@ def track_files(entry: Entry, spec: RecordingSpec) -> list[TrackFile]:
             is_absolute = Path(pattern).is_absolute()
             name = path if is_absolute else Path(os.path.relpath(path, folder))
             names[path] = name.as_posix()
-    return [FORMATS[path.suffix](path, name, delimiter) for path, name in names.items()]
+    files = [
+        FORMATS[path.suffix](path, name, delimiter) for path, name in names.items()
+    ]
+    columns = spec.columns
+    patterns = tuple(
+        name
+        for name in (columns.x, columns.y, columns.vx, columns.vy)
+        if name is not None and ANY in name
+    )
+    if not patterns:
+        return files
+    return [
+        WideFile(
+            file.path,
+            file.name,
+            delimiter,
+            file,
+            individual=columns.individual,
+            patterns=patterns,
+        )
+        for file in files
+    ]
 
 
 def check_columns(entry: Entry, file: TrackFile, columns: Sequence[str]) -> None:
@@ -173,6 +194,30 @@ def _seconds(column: pa.ChunkedArray) -> pa.ChunkedArray:
     """Return times of a clock as seconds since 1970."""
     micro = pc.cast(pc.cast(column, pa.timestamp("us"), safe=False), pa.int64())
     return pc.divide(pc.cast(micro, pa.float64()), 1e6)
+
+
+def projected(
+    longitude: Floats, latitude: Floats, centre: tuple[float, float]
+) -> tuple[Floats, Floats]:
+    """Return positions in m, east and north of a centre; NaN stays NaN.
+
+    The projection is azimuthal and equidistant: distances from the centre are exact.
+
+    Parameters
+    ----------
+    longitude, latitude : array of float
+        Degrees, WGS 84.
+    centre : tuple of float
+        Longitude and latitude.
+    """
+    from pyproj import Transformer  # an extra
+
+    longitude_0, latitude_0 = centre
+    plane = f"+proj=aeqd +lon_0={longitude_0!r} +lat_0={latitude_0!r} +datum=WGS84"
+    transformer = Transformer.from_crs("EPSG:4326", plane, always_xy=True)
+    x, y = transformer.transform(longitude, latitude)
+    present = np.isfinite(longitude) & np.isfinite(latitude)
+    return np.where(present, x, np.nan), np.where(present, y, np.nan)
 
 
 def texts(column: pa.ChunkedArray) -> pa.Array:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from kernels.model import WORKING
 from sweep.recordings.files import TrackFile
 from sweep.recordings.row_errors import RowErrors
-from sweep.recordings.rows import numbers, texts, times
+from sweep.recordings.rows import numbers, projected, texts, times
 from sweep.spec import FILE, NAME, RecordingSpec
 from sweep.text import shortened, unknown
 
@@ -89,12 +89,15 @@ class Tracks:
     errors : RowErrors
     kinds : tuple of str
         Kinds of individuals in order, after `count`; () for a recording without kinds.
+    centre : tuple of float or None
+        Longitude and latitude of the first position, for coordinates in degrees.
     """
 
     files: Sequence[TrackFile]
     spec: RecordingSpec
     errors: RowErrors
     kinds: tuple[str, ...] = ()
+    centre: tuple[float, float] | None = None
     _events: _Names = field(default_factory=_Names)
     _individuals: _Names = field(default_factory=_Names)
     _present: set[str] = field(default_factory=set)
@@ -281,8 +284,28 @@ class Tracks:
             self.errors.note("a missing time", place, words, len(lacking))
         if self.spec.columns.frame:
             values[TIME] *= self.spec.time_step
+        if self.spec.coordinates == "degrees":
+            self._project(file, values, first)
         values[X:] *= self.spec.scale
         return values
+
+    def _project(self, file: TrackFile, values: Floats, first: int) -> None:
+        """Replace degrees by m around the first position of the recording."""
+        for row, most in ((X, 180.0), (Y, 90.0)):
+            for wrong in np.flatnonzero(np.abs(values[row]) > most):
+                name = self._measured[row]
+                words = f"{name} is {values[row, wrong]:g}, beyond {most:g} degrees"
+                place = file.place(first + int(wrong))
+                self.errors.note("a position beyond the Earth", place, words)
+                values[row, wrong] = np.nan
+        present = np.flatnonzero(np.isfinite(values[[X, Y]]).all(axis=0))
+        if self.centre is None and present.size:
+            self.centre = (
+                float(values[X, present[0]]),
+                float(values[Y, present[0]]),
+            )
+        if self.centre is not None:
+            values[X], values[Y] = projected(values[X], values[Y], self.centre)
 
     def _places(
         self,

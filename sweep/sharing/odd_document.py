@@ -732,12 +732,29 @@ def _from_rows(page: _Page) -> None:
         "central": "Velocities are central differences, one-sided at the ends.",
         "backward": "Velocities are backward differences.",
     }
+    lengths = (
+        "distances in an azimuthal equidistant projection around the first position, in"
+        " m,"
+        if spec.coordinates == "degrees"
+        else "lengths in the files"
+    )
+    smoothing = (
+        "Positions are smoothed by moving parabolas (Savitzky-Golay) over"
+        f" {spec.smoothing:g} {spec.time}."
+        if spec.smoothing
+        else "Nothing is smoothed."
+    )
+    kinds = [
+        f"Individuals of the kinds {', '.join(spec.kinds)} are read, and no others."
+        for _ in spec.kinds[:1]
+    ]
     page.list(
         [
             f"A frame follows the previous frame after {spec.time_step:g} {spec.time}.",
-            f"Lengths are in {length}: lengths in the files times {spec.scale:g}.",
+            f"Lengths are in {length}: {lengths} times {spec.scale:g}.",
             f"{gaps} Beyond a gap an individual is absent, and metrics leave it out.",
-            f"{velocities[spec.velocities]} Nothing is smoothed.",
+            f"{smoothing} {velocities[spec.velocities]}",
+            *kinds,
         ]
     )
 

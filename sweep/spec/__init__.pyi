@@ -93,10 +93,12 @@ from .recorded import declaration_of as declaration_of
 from .recorded import is_half as is_half
 from .recorded import lacks as lacks
 from .recorded import lacks_boids as lacks_boids
+from .recording import ANY as ANY
 from .recording import FILE as FILE
 from .recording import RECORDING as RECORDING
 from .recording import Delimiter as Delimiter
 from .recording import RecordingSpec as RecordingSpec
+from .recording import TrackColumns as TrackColumns
 from .replication import Replication as Replication
 from .samplers import SAMPLERS as SAMPLERS
 from .samplers import in_blocks as in_blocks

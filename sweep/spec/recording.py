@@ -22,11 +22,15 @@ from sweep.text import so_many
 
 Velocities = Literal["given", "central", "backward"]
 Delimiter = Literal["comma", "semicolon", "tab"]
+Coordinates = Literal["plane", "degrees"]
 VELOCITIES = OneOf("scheme of velocities", get_args(Velocities))
 DELIMITER = OneOf("delimiter", get_args(Delimiter))
+COORDINATES = OneOf("kind of coordinates", get_args(Coordinates))
 COLUMN = Text("the name of a column")
 NO_EFFECT = (Sensing, Actuation, Breakdowns, Medium, StartSettings)
 """Groups of parameters that steer boids, which a recording does not."""
+ANY = "*"
+"""The names of individuals in a name of columns: x* is x1, x2 and so on."""
 FILE = "FILE"
 """Name of a column that every file has: the name of the file without its ending."""
 RECORDING = "recording"
@@ -62,8 +66,19 @@ class TrackColumns:
             example="frame",
         ),
     ] = None
-    x: Annotated[str, Key(COLUMN, "position along x", example="x_cm")] = "x"
-    y: Annotated[str, Key(COLUMN, "position along y", example="y_cm")] = "y"
+    x: Annotated[
+        str,
+        Key(
+            COLUMN,
+            "position along x, or longitude; `x*`: a column per individual, and `*` is"
+            " the name",
+            example="x_cm",
+        ),
+    ] = "x"
+    y: Annotated[
+        str,
+        Key(COLUMN, "position along y, or latitude; `y*` as `x*`", example="y_cm"),
+    ] = "y"
     vx: Annotated[
         str | None,
         Key(
@@ -169,6 +184,14 @@ class RecordingSpec:
             example="0.01",
         ),
     ] = 1.0
+    coordinates: Annotated[
+        Coordinates,
+        Key(
+            COORDINATES,
+            "degrees: x is longitude and y is latitude, projected to m before `scale`",
+            example="degrees",
+        ),
+    ] = "plane"
     origin: Annotated[
         WorldCorner | None,
         Key(
@@ -196,6 +219,16 @@ class RecordingSpec:
             example="given",
         ),
     ] = "central"
+    smoothing: Annotated[
+        float,
+        Key(
+            Number(least=0),
+            "time over which positions are smoothed by a moving parabola, before"
+            " differences become velocities",
+            otherwise="0, which smooths nothing",
+            example="0.5",
+        ),
+    ] = 0.0
     fastest: Annotated[
         float | None,
         Key(

@@ -1,5 +1,6 @@
 """A spec that begins with a file of tracks."""
 
+import math
 from pathlib import Path
 
 import pytest
@@ -69,6 +70,32 @@ def test_irregular_times_and_other_delimiters_are_found(tmp_path: Path) -> None:
     facts = survey(file)
     assert (facts.delimiter, facts.is_regular) == ("semicolon", False)
     assert load_spec(begin_with_recording(file).path).trials_per_point == 1
+
+
+@pytest.mark.parametrize("x", ["x{}", "x_{}", "{}_x", "{}.x"])
+def test_columns_of_each_individual_are_found(x: str, tmp_path: Path) -> None:
+    names = [form.format(fish) for fish in (1, 2) for form in (x, x.replace("x", "y"))]
+    file = tmp_path / "trajectories.csv"
+    rows = "".join(f"{t / 25},1,2,{t},4\n" for t in range(5))
+    file.write_text(f"time,{','.join(names)}\n{rows}", encoding="utf-8")
+    assert survey(file).individuals == 2
+    study = load_spec(begin_with_recording(file).path)
+    (event,) = study.known.models[study.model].events
+    assert (event.individuals, event.steps) == (("1", "2"), 4)
+
+
+def test_a_file_of_movebank_is_projected(tmp_path: Path) -> None:
+    file = tmp_path / "storks.csv"
+    file.write_text(
+        "event-id,timestamp,location-long,location-lat,individual-local-identifier\n"
+        "1,2014-05-01 06:00:00.000,9.0,47.0,Ada\n"
+        "2,2014-05-01 06:01:00.000,9.0,47.01,Ada\n",
+        encoding="utf-8",
+    )
+    study = load_spec(begin_with_recording(file).path)
+    assert study.preset_settings["dt"] == 60.0
+    assert study.preset_settings["height"] == math.ceil(1111.8)
+    assert study.known.models[study.model].events[0].individuals == ("Ada",)
 
 
 def test_numbers_of_frames_leave_the_time_step_to_the_user(tmp_path: Path) -> None:

@@ -189,6 +189,60 @@ def test_parquet_files_have_the_frames_of_csv_files(tmp_path: Path) -> None:
     assert found.tobytes() == expected.tobytes()
 
 
+def test_columns_per_individual_have_the_frames_of_rows(tmp_path: Path) -> None:
+    """As idtracker.ai writes them, and with names before x; a lost fish is a gap."""
+    rows = [*line("1", [0, 1, 2]), *line("2", [0, 2], speed=3.0)]
+    written(tmp_path, rows)
+    expected = frames_of(study_of_tracks(tmp_path))
+    wide = pd.DataFrame(rows, columns=["id", "time", "x", "y"])
+    wide = wide.pivot_table(index="time", columns="id", values=["x", "y"])
+    (tmp_path / "tracks.csv").unlink()
+    for form, x, y in (
+        ("{0}{1}", "x*", "y*"),
+        ("fish {1}.{0}", "fish *.x", "fish *.y"),
+    ):
+        table = wide.set_axis([form.format(*name) for name in wide.columns], axis=1)
+        table.reset_index().to_csv(tmp_path / "wide.csv", index=False)
+        study = study_of_tracks(tmp_path, {"columns": {"time": "time", "x": x, "y": y}})
+        assert frames_of(study).tobytes() == expected.tobytes()
+        (event,) = study.known.models[study.model].events
+        assert event.individuals == ("1", "2")
+
+
+def test_degrees_become_metres_around_the_first_position(tmp_path: Path) -> None:
+    """A degree of latitude at the equator is 110.574 km on WGS 84, of longitude 111.320
+    km; the reference tables have metres.
+    """
+    rows = [("a", 0, 10, 0), ("a", 0.1, 10.001, 0), ("a", 0.2, 10.001, 0.001)]
+    written(tmp_path, rows)
+    study = study_of_tracks(tmp_path, {"coordinates": "degrees", "scale": 0.001})
+    frames = frames_of(study)[:, :2, 0]
+    moved = frames - frames[0]
+    expected = [[0, 0], [0.111320, 0], [0.111320, 0.110574]]
+    np.testing.assert_allclose(moved, expected, atol=1e-6)
+
+
+def test_a_moving_parabola_keeps_parabolas_and_smooths_noise(tmp_path: Path) -> None:
+    """A mean of five values of a cubic filter has 17/35 of the variance of one. Runs
+    between gaps are smoothed for themselves.
+    """
+    rng = np.random.default_rng(4)
+    times = np.arange(2000)
+    noise = rng.normal(0.0, 0.1, (2, times.size))
+    rows = [("still", t / 10, 50 + u, 50 + v) for t, (u, v) in enumerate(noise.T)]
+    rows += [("thrown", t / 10, 0.1 * t, (t / 100) ** 2) for t in times if t % 50 > 6]
+    written(tmp_path, rows)
+    raw = frames_of(study_of_tracks(tmp_path))
+    frames = frames_of(study_of_tracks(tmp_path, {"smoothing": 0.4}))
+    np.testing.assert_allclose(frames[:, :2, 1], raw[:, :2, 1], atol=1e-9)
+    assert np.isnan(raw[:, 0, 1]).sum() == 7 * 40
+    ratio = frames[2:-2, :2, 0].var() / raw[2:-2, :2, 0].var()
+    assert ratio == pytest.approx(17 / 35, rel=0.1)
+    np.testing.assert_allclose(
+        frames[1:-1, 2, 0], (frames[2:, 0, 0] - frames[:-2, 0, 0]) / 0.2, atol=1e-12
+    )
+
+
 def test_missing_values_are_gaps(tmp_path: Path) -> None:
     rows = [("a", 0, 1, 1), ("a", 0.1, "NaN", ""), ("a", 0.2, 3, 1), ("b", 0, 1, 1)]
     written(tmp_path, [*rows, ("b", 0.1, 1, 1), ("b", 0.2, 1, 1)])

@@ -81,6 +81,41 @@ CASES: dict[str, tuple[str, dict[str, Any], list[str]]] = {
         KINDS | {"kinds": ["sheeps"]},
         ['unknown kind "sheeps"; did you mean "sheep"'],
     ),
+    "columns of which one is for all": (
+        "t,x1,x2,y\n0,1,1,1\n0.1,1,1,1\n",
+        {"columns": {"x": "x*"}},
+        ["each column of positions and velocities has one *, or none has"],
+    ),
+    "no columns of individuals": (
+        GOOD,
+        {"columns": {"x": "u*", "y": "v*"}},
+        ['no column has a name such as "u*"'],
+    ),
+    "an individual without y": (
+        "t,x1,y1,x2\n0,1,1,1\n0.1,1,1,1\n",
+        {"columns": {"x": "x*", "y": "y*"}},
+        ['the column "y2" is missing'],
+    ),
+    "text in a column of an individual": (
+        "t,x1,y1,x2,y2\n0,1,1,1,1\n0.1,1,1,one,1\n",
+        {"columns": {"x": "x*", "y": "y*"}},
+        ['line 3: x* is "one", which is no number'],
+    ),
+    "positions beyond the Earth": (
+        GOOD.replace("1,1", "100,91"),
+        {"coordinates": "degrees"},
+        ["line 2: y is 91, beyond 90 degrees", *["beyond 90 degrees"] * 1],
+    ),
+    "a window of three frames": (
+        GOOD,
+        {"smoothing": 0.2},
+        ["0.2 is less than 4 time steps"],
+    ),
+    "smoothing of given velocities": (
+        GOOD.replace("t,x,y", "t,x,y,u,v"),
+        {"smoothing": 1, "velocities": "given", "columns": {"vx": "u", "vy": "v"}},
+        ["smoothing changes positions, not given velocities"],
+    ),
     "kinds without a column": (
         GOOD,
         {"kinds": ["sheep"]},
