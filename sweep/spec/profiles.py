@@ -32,7 +32,7 @@ class RecordedProfile:
     to: Annotated[
         float | None,
         Key(
-            Number(above=0),
+            Number(above=0, below=1e100),
             "end of the axis: a distance, a time, or a wave number",
             otherwise="half of the shorter side of the world, a quarter of the"
             " averaged time, or the wave number of `bins` waves in the longer side",

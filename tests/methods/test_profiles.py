@@ -158,6 +158,7 @@ def test_fewer_profiles_run_no_trial_again(tmp_path: Path) -> None:
             '"to" has no effect on number_fluctuations',
         ),
         ({"profiles": [{"name": "pair_distribution", "to": -1}]}, "above 0"),
+        ({"profiles": [{"name": "pair_distribution", "to": 1e308}]}, "below 1e+100"),
         ({"profiles": [{"name": "pair_distribution", "bin": 3}]}, '"bins"?'),
         (
             {"profiles": ["pair_distribution", {"name": "pair_distribution", "to": 1}]},
