@@ -5,6 +5,7 @@ So a first pass counts the rows of each track, and a second pass writes each row
 place of its track.
 """
 
+import logging
 import os
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
@@ -22,8 +23,9 @@ from sweep.recordings.files import TrackFile
 from sweep.recordings.row_errors import RowErrors
 from sweep.recordings.rows import numbers, projected, texts, times
 from sweep.spec import FILE, NAME, RecordingSpec
-from sweep.text import shortened, unknown
+from sweep.text import shortened, so_many, unknown
 
+LOG = logging.getLogger("sweep")
 TIME, X, Y, VX, VY = range(5)
 """Rows of the numbers of a track."""
 Floats = NDArray[np.float64]
@@ -32,6 +34,8 @@ ALL = "all"
 """Name of the only event, if each file is an individual."""
 UNNAMED = ""
 """Kind of all individuals of a recording without kinds."""
+MANY_ROWS = 5_000_000
+"""Number of rows above which each tenth of the reading is reported."""
 MOST_DIGITS = 20
 """Digits of a name from which on the name is a text."""
 MOST_NAMES = 2**31
@@ -242,6 +246,7 @@ class Tracks:
         following = dict(zip(keys, firsts.tolist(), strict=False))
         ends = dict(zip(keys, firsts[1:].tolist(), strict=True))
         row = 0
+        tenths = 0
         for file in self.files:
             begin = row
             for piece in file.pieces(self.columns, self.errors):
@@ -251,6 +256,10 @@ class Tracks:
                 sorted_numbers[:, places] = values[:, rows]
                 sorted_rows[places] = row + rows
                 row += piece.num_rows
+                if self._ends[-1] > MANY_ROWS and 10 * row // self._ends[-1] > tenths:
+                    tenths = 10 * row // self._ends[-1]
+                    read = so_many(self._ends[-1], "row")
+                    LOG.warning("%d %% of %s read", 10 * tenths, read)
         own_rows = {
             key: slice(end - self._counts[key], end) for key, end in ends.items()
         }

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from sweep.recordings import open_frames
+from sweep.recordings import open_frames, tracks
 from sweep.spec import Study
 from tests.recordings.tracks import study_of_tracks, written
 
@@ -241,6 +241,19 @@ def test_a_moving_parabola_keeps_parabolas_and_smooths_noise(tmp_path: Path) -> 
     np.testing.assert_allclose(
         frames[1:-1, 2, 0], (frames[2:, 0, 0] - frames[:-2, 0, 0]) / 0.2, atol=1e-12
     )
+
+
+def test_tenths_of_many_rows_are_reported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    for name in "abc":
+        written(tmp_path, line(name, [0, 1, 2, 3]), name=f"{name}.csv")
+    section = {"columns": {"event": "FILE"}}
+    study_of_tracks(tmp_path, section)
+    assert caplog.messages == []
+    monkeypatch.setattr(tracks, "MANY_ROWS", 11)
+    study_of_tracks(tmp_path, section | {"gaps": 1})
+    assert caplog.messages == [f"{share} % of 12 rows read" for share in (30, 60, 100)]
 
 
 def test_missing_values_are_gaps(tmp_path: Path) -> None:
