@@ -102,13 +102,7 @@ class Event(NamedTuple):
 
     @classmethod
     def read(cls, fields: Sequence[Any]) -> "Event":
-        """Return the event of its fields, which JSON keeps as lists.
-
-        The first texts of recordings have no names of individuals, which are then
-        numbered.
-        """
-        if len(fields) < len(cls._fields):
-            fields = (*fields, map(str, range(fields[cls._fields.index("boids")])))
+        """Return the event of its fields, which JSON keeps as lists."""
         event = cls(*fields)
         return event._replace(
             kinds=tuple(event.kinds), individuals=tuple(event.individuals)

@@ -20,13 +20,14 @@ from kernels.angles import cosine_sine
 from kernels.elementary import cos, sin
 from kernels.jit import jit
 from kernels.registry import Registry
+from kernels.rules.headings import turned
 from kernels.settings import COMPONENTS, HEADING, INTEGER, Demand, StartSettings
 from kernels.state import Flock, World, empty_flock
 from kernels.torus import nearest_image
 from kernels.worlds import Reach, inside_any
 
 AROUND = 6.0
-"""Ratio of the radii of the two discs of `start_around`.
+"""Ratio of the radii of the two discs of `start_around_goal`.
 
 The program of Jadhav et al. (2024) has the squares of sides 6 and 36.
 """
@@ -255,7 +256,7 @@ def start_opposite(
     return flock
 
 
-def start_around(
+def start_around_goal(
     n: int,
     settings: StartSettings,
     world: World,
@@ -263,7 +264,10 @@ def start_around(
     rng: Generator,
     seed: int,
 ) -> Flock:
-    """Draw the flock of `start_portable`, with the last boid in a larger disc.
+    """Draw the flock of `start_portable`, with a random direction from the goal.
+
+    The centre of the disc has its distance from the goal. The last boid is in a larger
+    disc around the same centre.
 
     Parameters
     ----------
@@ -272,7 +276,7 @@ def start_around(
     settings : StartSettings
         Region, positions, velocities and speed of the start.
     world : World
-        World with its obstacles.
+        World with its obstacles and goal.
     contact : Reach
         Reach of `world` with margin 0.
     rng : Generator
@@ -289,8 +293,15 @@ def start_around(
     RuntimeError
         If no free position is found.
     """
-    flock = start_portable(n, settings, world, contact, rng, seed)
-    larger = settings._replace(start_radius=AROUND * settings.start_radius)
+    x = settings.start_center_x - world.goal_x
+    y = settings.start_center_y - world.goal_y
+    cosine, sine = cosine_sine(rng.uniform(-math.pi, math.pi))
+    x, y = turned(x, y, cosine, sine)
+    turned_settings = settings._replace(
+        start_center_x=world.goal_x + x, start_center_y=world.goal_y + y
+    )
+    flock = start_portable(n, turned_settings, world, contact, rng, seed)
+    larger = turned_settings._replace(start_radius=AROUND * settings.start_radius)
     last = start_portable(1, larger, world, contact, rng, seed)
     flock.x[-1] = last.x[0]
     flock.y[-1] = last.y[0]
@@ -599,14 +610,16 @@ STARTS = Registry(
                 ),
             ),
         ),
-        "around": Start(
-            start_around,
-            "as portable, but the last boid is in a disc with six times the radius",
+        "around_goal": Start(
+            start_around_goal,
+            "as portable in a disc in a random direction from the goal, but the last"
+            " boid in a disc with six times the radius",
             "Jadhav et al. (2024)",
             (
                 Demand(
                     "start_radius > 0",
-                    "start_draws: around draws in discs: it needs start_radius above 0",
+                    "start_draws: around_goal draws in discs: it needs start_radius"
+                    " above 0",
                 ),
             ),
         ),

@@ -4,7 +4,12 @@ V. Jadhav, R. Pasqua, C. Zanon, M. Roy, G. Tredan, R. Bon, V. Guttal, G. Theraul
 (2024), Collective responses of flocking sheep (Ovis aries) to a herding dog (border
 collie), Communications Biology 7, 1543. The model changes the model of Strombom et al.
 (2014), see strombom2014. Rules and numbers are those of the authors' program in MATLAB,
-`herding_model.m`. The text of the paper was not available.
+`herding_model.m`, but for the sum of headings. The text of the paper was not available.
+
+The program sums the headings of the aligning sheep by `sum` without a dimension. For
+one sheep, which the program has, `sum` adds the two components of the heading. The sign
+of this number is then added to both components: sheep are pushed along (1, 1) or
+(-1, -1). The preset as_run has this rule, and as_written has the sum of headings.
 
 The model differs from strombom2014 in these rules:
 
@@ -22,6 +27,7 @@ mathematics library.
 import math
 from typing import Annotated, NamedTuple
 
+import numpy as np
 from numpy.random import Generator
 
 from kernels.jit import jit
@@ -41,6 +47,7 @@ from kernels.topology import keep_nearest
 from kernels.torus import nearest_image
 from kernels.workspace import Workspace
 
+COMPONENTS = 1
 EVERYONE = 10_000_000
 
 
@@ -104,6 +111,15 @@ class Params(NamedTuple):
             symbol="m",
         ),
     ]
+    alignment_sum: Annotated[
+        int,
+        About(
+            "direction of the alignment. headings: along the sum of the headings;"
+            " components: (1, 1) or (-1, -1) by the sign of the sum of all components,"
+            " as in the program for one aligning sheep",
+            choices=("headings", "components"),
+        ),
+    ]
     inertia: Annotated[
         float, About("weight of the previous heading of a sheep", low=0, symbol="h")
     ]
@@ -162,6 +178,7 @@ AS_WRITTEN = COMMON | {
     "attraction_nearest": 10,
     "attraction_chosen": 4,
     "alignment_chosen": 1,
+    "alignment_sum": "headings",
     "inertia": 0.5,
     "repulsion_strength": 2.0,
     "attraction_strength": 1.5,
@@ -182,7 +199,7 @@ AS_WRITTEN = COMMON | {
     "goal_x": 300.0,
     "goal_y": 300.0,
     "start_speed": 1.0,
-    "start_draws": "around",
+    "start_draws": "around_goal",
     "start_center_x": 550.0,
     "start_center_y": 300.0,
     "start_radius": 3.0,
@@ -194,10 +211,12 @@ AS_WRITTEN = COMMON | {
 }
 """14 sheep and a dog, 250 from the goal, in 370 frames.
 
-In the program, sheep start in a square of side 6 and the dog in a square of side 36
-with the same corner. Here discs with the diameters 6 and 36 replace the squares. The
-presets as_written and as_run are equal: the program is the only source.
+In the program, sheep start in a square of side 6, and the dog in a square of side 36
+with the same corner. Here concentric discs with the diameters 6 and 36 replace the
+squares, so the dog starts nearer. The direction from the goal is random in both.
 """
+AS_RUN = AS_WRITTEN | {"alignment_sum": "components"}
+"""The program as it runs, with its sum of headings."""
 
 
 def sight(params: Params) -> Sight:
@@ -321,7 +340,11 @@ def _sheep_velocity(
             with_x += unit_x
             with_y += unit_y
     to_x, to_y = direction(to_x, to_y, 0.0, 0.0)
-    with_x, with_y = direction(with_x, with_y, 0.0, 0.0)
+    if params.alignment_sum == COMPONENTS:
+        with_x = np.sign(with_x + with_y)
+        with_y = with_x
+    else:
+        with_x, with_y = direction(with_x, with_y, 0.0, 0.0)
     flight_x, flight_y = direction(-dog_x, -dog_y, 0.0, 0.0)
     random_x, random_y = random_turn(rng, math.tau)
     x += params.flight_strength * flight_x + params.attraction_strength * to_x
@@ -464,7 +487,12 @@ def advance(
     return True
 
 
-STILL = {"noise": 0.0, "dog_noise": 0.0, "attraction_chosen": EVERYONE}
+STILL = {
+    "noise": 0.0,
+    "dog_noise": 0.0,
+    "attraction_chosen": EVERYONE,
+    "alignment_sum": "headings",
+}
 """Parameters without randomness in the results."""
 
 MODEL = Model(
@@ -475,7 +503,7 @@ MODEL = Model(
         " herding dog (border collie), Communications Biology 7, 1543"
     ),
     params=Params,
-    presets={"as_written": AS_WRITTEN, "as_run": AS_WRITTEN},
+    presets={"as_written": AS_WRITTEN, "as_run": AS_RUN},
     metrics=("herd_radius", "dog_distance", "herd_goal_distance"),
     sight=sight,
     advance=advance,
@@ -531,7 +559,12 @@ $m$ of the sheep in $M_i$, at random. If there are fewer sheep, all are chosen.
 $$C_i = U\left( \sum_{j \in M_i} U(x_j - x_i) \right), \qquad
 A_i = U\left( \sum_{j \in L_i} H_j \right)$$
 
-If a sum is zero, $H_i$ replaces $U$ of the sum.
+With `alignment_sum: components`, the program's sum, the sign of the sum of all
+components of the headings is both components of $A_i$:
+
+$$A_i = \mathrm{sgn}\left( \sum_{j \in L_i} (H_{j,x} + H_{j,y}) \right)\,(1,\; 1)$$
+
+If the whole sum in $v_i$ is zero, $H_i$ replaces its direction.
 
 **Dog:** If a sheep is at most $r_a$ away, $v_d \leftarrow v_{\mathrm{near}} H_d$.
 Otherwise, with the centre of mass $G$ of the $N$ sheep, the sheep $f$ that is farthest
@@ -551,6 +584,7 @@ With `update: sequential`, boids move in turn, the dog last, and later boids per
 the new states of earlier boids.
 
 **Start:** In the presets, sheep begin in a disc of radius 3, and the dog in a disc of
-radius 18 around the same centre. Positions and headings are uniformly random.
+radius 18 around the same centre. The centre is 250 from the goal in a random direction.
+Positions and headings are uniformly random.
 """,
 )

@@ -71,8 +71,8 @@ def plot_arguments(
 
 def _chosen(text: str) -> tuple[str, tuple[str, ...]]:
     """Return the name of a study, and the condition after a colon, if there is one."""
-    name, _, condition = text.partition(":")
-    return name.rstrip("/"), (condition,) if condition else ()
+    name, colon, condition = text.partition(":")
+    return name.rstrip("/"), (condition,) if colon else ()
 
 
 def check_shared(study: Results, metrics: Iterable[str]) -> None:

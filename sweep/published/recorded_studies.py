@@ -94,13 +94,18 @@ def _section(file: str, facts: Survey) -> dict[str, Any]:
         "files": [file],
         "columns": columns,
         **delimiter,
-        **({"time_step": facts.time_step} if facts.time_step else {}),
+        **({"time_step": _plain(facts.time_step)} if facts.time_step else {}),
         **({"coordinates": "degrees"} if facts.in_degrees else {}),
         "length": facts.length or RecordingSpec.length,
         "scale": 1,
         "gaps": 0 if facts.is_regular else 2 * (facts.time_step or 0.0),
         **velocities,
     }
+
+
+def _plain(number: float) -> float:
+    """Return a number without a fraction as an integer."""
+    return int(number) if number == int(number) else number
 
 
 def _line(key: str, value: Any) -> str:

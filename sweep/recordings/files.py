@@ -16,6 +16,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute as pc
 import pyarrow.csv
 import pyarrow.parquet as pq
 
@@ -252,25 +253,24 @@ class WideFile(TrackFile):
     """A file with a row per time, and columns for each individual.
 
     The file is read as one with a row per individual and time. A name with ANY is then
-    the name of a column, and `individual` has the texts in place of ANY.
+    the name of a column, and the column ANY has the texts in place of ANY.
 
     Attributes
     ----------
     file : TrackFile
         The file with a row per time.
-    individual : str
-        Name of the column of the individuals.
     patterns : tuple of str
         Names of columns with ANY, of which the first names the individuals.
     """
 
     file: TrackFile
-    individual: str
     patterns: tuple[str, ...]
 
     def place(self, row: int) -> str:
-        """Return the file and the row of a time, in words; rows count from 0."""
-        return self.file.place(row // max(1, len(self._individuals())))
+        """Return the file, the row of a time and the individual, in words."""
+        individuals = self._individuals()
+        time, number = divmod(row, len(individuals))
+        return f"{self.file.place(time)}, individual {individuals[number]}"
 
     def columns(self) -> list[str]:
         """Return the names of the columns of times, of the individuals and patterns."""
@@ -278,15 +278,19 @@ class WideFile(TrackFile):
         individuals = self._individuals()
         if not individuals:
             raise ValueError(f'no column has a name such as "{self.patterns[0]}"')
-        own = {
+        own = [
             pattern.replace(ANY, name)
             for pattern in self.patterns
             for name in individuals
-        }
-        if lacking := sorted(own - {*present}):
-            raise ValueError(f'the column "{lacking[0]}" is missing')
+        ]
+        for name in own:
+            if name not in present:
+                words = f'"{self.patterns[0]}" needs the column "{name}"'
+                raise ValueError(f"{words}, which the file does not have")
+            if own.count(name) > 1:
+                raise ValueError(f'"{name}" is the column of two individuals')
         untouched = [name for name in present if name not in own]
-        return [*untouched, self.individual, *self.patterns]
+        return [*untouched, ANY, *self.patterns]
 
     def _individuals(self) -> list[str]:
         begin, _, end = self.patterns[0].partition(ANY)
@@ -301,9 +305,7 @@ class WideFile(TrackFile):
         """Yield the individuals at some times, time after time."""
         individuals = self._individuals()
         patterns = [name for name in columns if name in self.patterns]
-        untouched = [
-            name for name in columns if name not in (self.individual, *self.patterns)
-        ]
+        untouched = [name for name in columns if name not in (ANY, *self.patterns)]
         read = patterns or self.patterns[:1]
         own = {
             pattern: [pattern.replace(ANY, name) for name in individuals]
@@ -315,12 +317,15 @@ class WideFile(TrackFile):
             count = len(individuals)
             # Row k has the individual k % count at the time k // count.
             turned = np.arange(times * count).reshape(count, times).T.ravel()
-            table = {self.individual: pa.array(individuals * times, pa.string())}
+            table = {ANY: pa.array(individuals * times, pa.string())}
             for name in untouched:
                 table[name] = piece[name].take(np.repeat(np.arange(times), count))
             for pattern, group in own.items():
-                chunks = [chunk for name in group for chunk in piece[name].chunks]
-                column = pa.chunked_array(chunks, piece[group[0]].type)
+                columns_of = [piece[name] for name in group]
+                if len({column.type for column in columns_of}) > 1:
+                    columns_of = [pc.cast(each, pa.float64()) for each in columns_of]
+                chunks = [chunk for column in columns_of for chunk in column.chunks]
+                column = pa.chunked_array(chunks, columns_of[0].type)
                 table[pattern] = column.take(turned)
             yield pa.table(table).select([*columns])
 

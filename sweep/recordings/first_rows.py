@@ -14,15 +14,22 @@ from numpy.typing import NDArray
 from sweep.errors import SpecError
 from sweep.recordings.files import FORMATS, CsvFile, WideFile
 from sweep.recordings.row_errors import RowErrors
-from sweep.recordings.rows import DELIMITERS, check_columns, numbers, texts, times
-from sweep.spec import ANY, Delimiter, Document, Entry, TrackColumns
+from sweep.recordings.rows import (
+    DELIMITERS,
+    RowsOf,
+    check_columns,
+    numbers,
+    texts,
+    times,
+)
+from sweep.spec import ANY, Delimiter, Document, Entry
 
 USUAL: dict[str, tuple[str, ...]] = {
     "individual": (
         *("id", "individual", "individuals", "individual_id", "animal", "animal_id"),
         *("subject", "identity", "agent", "boid", "robot", "robot_id", "drone"),
         *("fish", "bird", "sheep", "ant", "bee", "locust", "mouse", "fly"),
-        *("track", "track_id", "tag", "tag_id", "individual_local_identifier"),
+        *("track", "track_id", "tag", "tag_id", "individual_local_identifier", "name"),
     ),
     "time": ("t", "time", "seconds", "sec", "timestamp", "datetime"),
     "frame": ("frame", "frames", "frame_number", "frame_id"),
@@ -129,17 +136,18 @@ def survey(path: Path) -> Survey:
             path.name,
             file.delimiter,
             file,
-            individual=columns["individual"],
             patterns=patterns,
         )
     errors = RowErrors(entry)
     names = list(columns.values())
     piece = next(file.pieces(names, errors), None)
+    errors.check()
     if piece is None or not piece.num_rows:
         raise SpecError(f"{path}: has no rows")
 
-    x = numbers(piece, columns["x"], file, 0, errors=errors)
-    y = numbers(piece, columns["y"], file, 0, errors=errors)
+    rows = RowsOf(file, np.arange(piece.num_rows))
+    x = numbers(piece, columns["x"], rows, errors)
+    y = numbers(piece, columns["y"], rows, errors)
     individuals = texts(piece[columns["individual"]]).dictionary_encode()
     if "event" in columns and piece.num_rows > 1:
         events = pc.count_distinct(piece[columns["event"]]).as_py()
@@ -149,7 +157,7 @@ def survey(path: Path) -> Survey:
     longest = 0.0
     is_regular = True
     if "time" in columns:
-        clock = times(piece, columns["time"], file, 0, errors=errors)
+        clock = times(piece, columns["time"], rows, errors)
         passed = np.concatenate([*_passed(piece, columns, individuals, clock)])
         if not passed.size:
             raise SpecError(f"{path}: no individual has two rows")
@@ -210,8 +218,8 @@ def _columns(path: Path, present: Sequence[str]) -> dict[str, str]:
         for name in names[::-1]
         if name in by_name
     }
-    if "x" not in columns:
-        columns |= _wide_columns(present)
+    if "x" not in columns and "individual" not in columns:
+        columns |= _wide_columns([*present])
     if "time" in columns:
         columns.pop("frame", None)
     if not {"vx", "vy"} <= columns.keys():
@@ -229,6 +237,8 @@ def _columns(path: Path, present: Sequence[str]) -> dict[str, str]:
 
 def _wide_columns(present: Sequence[str]) -> dict[str, str]:
     """Return the names of columns of positions per individual, if there are such."""
+    usual = {name for names in USUAL.values() for name in names}
+    present = [name for name in present if _plain(name)[0] not in usual]
     for begin, end, other in WIDE:
         x = f"{begin}{ANY}{end}"
         y = f"{ANY}{other}" if end else f"{other}{ANY}"
@@ -239,7 +249,7 @@ def _wide_columns(present: Sequence[str]) -> dict[str, str]:
         ]
         own = [name for name in names if name and y.replace(ANY, name) in present]
         if own and len(own) == len(names):
-            return {"individual": TrackColumns.individual, "x": x, "y": y}
+            return {"individual": ANY, "x": x, "y": y}
     return {}
 
 

@@ -6,7 +6,7 @@ import logging
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
@@ -26,7 +26,15 @@ from sweep.recordings.kept_frames import (
 from sweep.recordings.row_errors import RowErrors
 from sweep.recordings.rows import check_columns, track_files
 from sweep.recordings.tracks import Tracks
-from sweep.spec import ANY, FILE, Entry, Mistakes, RecordingSpec, read_section
+from sweep.spec import (
+    ANY,
+    FILE,
+    Entry,
+    Mistakes,
+    RecordingSpec,
+    TrackColumns,
+    read_section,
+)
 from sweep.text import installing, so_many
 
 LOG = logging.getLogger("sweep")
@@ -61,8 +69,10 @@ def described(entry: Entry) -> str:
         If the frames cannot be written.
     """
     spec = read_section(RecordingSpec, entry)
-    files = track_files(entry, spec)
     _check_named(entry, spec)
+    if ANY in spec.columns.x:
+        spec = replace(spec, columns=replace(spec.columns, individual=ANY))
+    files = track_files(entry, spec)
     for file in files:
         check_columns(entry, file, Tracks(files, spec, RowErrors(entry)).columns)
     note = frames_folder() / f"{_key(files, spec)}{SUFFIX}"
@@ -210,13 +220,14 @@ def _contradictions(spec: RecordingSpec) -> Iterator[tuple[str, str]]:
         len(starred) != (4 if has_velocities else 2)
         or any(name.count(ANY) > 1 for name in starred)
     ):
+        present = ", ".join(filter(None, measured))
         words = f"each column of positions and velocities has one {ANY}, or none has"
-        yield "columns", words
-    if starred and spec.columns.individual == FILE:
+        yield "columns", f"{words}; the columns are {present}"
+    if starred and spec.columns.individual != TrackColumns.individual:
         words = f"columns with {ANY} name the individuals; remove `individual`"
         yield "columns", words
     if spec.kinds and spec.columns.kind is None:
-        yield "kinds", "kinds need the column `kind`"
+        yield "kinds", "kinds need a column; write `columns: {kind: NAME}`"
     if spec.coordinates == "degrees" and not find_spec("pyproj"):
         words = f"degrees need pyproj; {installing('geo')} installs the package"
         yield "coordinates", words
@@ -224,8 +235,9 @@ def _contradictions(spec: RecordingSpec) -> Iterator[tuple[str, str]]:
         words = "smoothing changes positions, not given velocities; use differences"
         yield "smoothing", words
     if 0.0 < spec.smoothing < FEWEST_SMOOTHED * spec.time_step:
-        words = f"{spec.smoothing:g} is less than {FEWEST_SMOOTHED} time steps"
-        yield "smoothing", f"{words}, and a parabola changes nothing"
+        least = FEWEST_SMOOTHED * spec.time_step
+        words = f"{spec.smoothing:g} is too short for a parabola; allowed: 0, or"
+        yield "smoothing", f"{words} {least:g} and more, {FEWEST_SMOOTHED} time steps"
     named = [key for key in ("vx", "vy") if columns[key] is not None]
     if has_velocities and len(named) < 2:
         yield "", "`velocities: given` needs the columns vx and vy"

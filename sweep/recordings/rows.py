@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from glob import escape, glob
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pyarrow as pa
@@ -66,7 +67,6 @@ def track_files(entry: Entry, spec: RecordingSpec) -> list[TrackFile]:
             file.name,
             delimiter,
             file,
-            individual=columns.individual,
             patterns=patterns,
         )
         for file in files
@@ -109,9 +109,25 @@ def _other_delimiter(present: Sequence[str], file: TrackFile) -> str:
     return ""
 
 
-def numbers(
-    piece: pa.Table, name: str, file: TrackFile, first: int, *, errors: RowErrors
-) -> Floats:
+class RowsOf(NamedTuple):
+    """The rows of a file that a piece has.
+
+    Attributes
+    ----------
+    file : TrackFile
+    numbers : array of int, shape (n,)
+        Numbers of the rows in the file, from 0.
+    """
+
+    file: TrackFile
+    numbers: NDArray[np.int64]
+
+    def place(self, index: int) -> str:
+        """Return the file and the row of an index of the piece, in words."""
+        return self.file.place(int(self.numbers[index]))
+
+
+def numbers(piece: pa.Table, name: str, rows: RowsOf, errors: RowErrors) -> Floats:
     """Return a column as numbers, NaN for missing values.
 
     Parameters
@@ -120,10 +136,8 @@ def numbers(
         n rows.
     name : str
         Name of the column.
-    file : TrackFile
-        File of the column.
-    first : int
-        Number of the first of the rows in the file, from 0.
+    rows : RowsOf
+        The rows in their file.
     errors : RowErrors
         Receives texts in place of numbers, and infinite numbers.
 
@@ -141,24 +155,19 @@ def numbers(
     try:
         read = pc.cast(column, pa.float64())
     except pa.ArrowInvalid:
-        read = pa.chunked_array([_one_by_one(column, name, file, first, errors=errors)])
+        read = pa.chunked_array([_one_by_one(column, name, rows, errors)])
     values: Floats = read.to_numpy().astype(np.float64)
     for row in np.flatnonzero(np.isinf(values)):
         words = f"{name} is infinite; allowed: a finite number, or nothing"
-        errors.note("an infinite number", file.place(first + int(row)), words)
+        errors.note("an infinite number", rows.place(int(row)), words)
     return values
 
 
 def _one_by_one(
-    column: pa.ChunkedArray,
-    name: str,
-    file: TrackFile,
-    first: int,
-    *,
-    errors: RowErrors,
+    column: pa.ChunkedArray, name: str, rows: RowsOf, errors: RowErrors
 ) -> pa.Array:
     values = list[float | None]()
-    for row, text in enumerate(column.to_pylist(), first):
+    for row, text in enumerate(column.to_pylist()):
         try:
             values.append(None if text is None else float(text))
         except ValueError:
@@ -166,18 +175,16 @@ def _one_by_one(
             comma = isinstance(text, str) and "," in text
             hint = "; write a decimal point, not a comma" if comma else ""
             words = f'{name} is "{shortened(str(text))}", which is no number{hint}'
-            errors.note("text in place of a number", file.place(row), words)
+            errors.note("text in place of a number", rows.place(row), words)
     return pa.array(values, pa.float64())
 
 
-def times(
-    piece: pa.Table, name: str, file: TrackFile, first: int, *, errors: RowErrors
-) -> Floats:
+def times(piece: pa.Table, name: str, rows: RowsOf, errors: RowErrors) -> Floats:
     """Return a column of times in seconds; dates with a time of day are allowed.
 
     Parameters
     ----------
-    piece, name, file, first, errors
+    piece, name, rows, errors
         As in `numbers`.
     """
     column = piece[name]
@@ -187,7 +194,7 @@ def times(
             with suppress(pa.ArrowInvalid):  # numbers, or a mistake of `numbers`
                 piece = pa.table({name: pc.cast(trimmed, kind)})
                 break
-    return numbers(piece, name, file, first, errors=errors)
+    return numbers(piece, name, rows, errors)
 
 
 def _seconds(column: pa.ChunkedArray) -> pa.ChunkedArray:

@@ -7,6 +7,7 @@ place of its track.
 
 import logging
 import os
+import re
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 from kernels.model import WORKING
 from sweep.recordings.files import TrackFile
 from sweep.recordings.row_errors import RowErrors
-from sweep.recordings.rows import numbers, projected, texts, times
+from sweep.recordings.rows import RowsOf, numbers, projected, texts, times
 from sweep.spec import FILE, NAME, RecordingSpec
 from sweep.text import shortened, so_many, unknown
 
@@ -36,8 +37,8 @@ UNNAMED = ""
 """Kind of all individuals of a recording without kinds."""
 MANY_ROWS = 5_000_000
 """Number of rows above which each tenth of the reading is reported."""
-MOST_DIGITS = 20
-"""Digits of a name from which on the name is a text."""
+DIGITS = re.compile("([0-9]{1,18})")
+"""Digits of a name that are a number."""
 MOST_NAMES = 2**31
 """Upper bound of the numbers of names."""
 
@@ -161,9 +162,10 @@ class Tracks:
 
     def _count_piece(self, file: TrackFile, piece: pa.Table, first: int) -> None:
         self._check_names(file, piece, first)
-        piece, _ = self._chosen(piece)
         events, individuals = self._groups(file, piece)
-        pairs, counts = np.unique(_pair(events, individuals), return_counts=True)
+        chosen = self._chosen(piece)
+        keys = _pair(events[chosen], individuals[chosen])
+        pairs, counts = np.unique(keys, return_counts=True)
         for pair, count in zip(pairs.tolist(), counts.tolist(), strict=True):
             key = divmod(pair, MOST_NAMES)
             self._counts[key] = self._counts.get(key, 0) + count
@@ -204,16 +206,14 @@ class Tracks:
                 )
                 self.errors.note("kinds of this name", file.name, words)
 
-    def _chosen(self, piece: pa.Table) -> tuple[pa.Table, Wholes]:
-        """Return the rows whose kind is read, and their indices in the piece."""
-        rows = np.arange(piece.num_rows)
-        if self.spec.kinds and self.spec.columns.kind is not None:
-            chosen = pa.array(self.spec.kinds)
-            kinds = _kinds(piece, self.spec.columns.kind)
-            is_chosen = pc.is_in(kinds, value_set=chosen)
-            rows = np.flatnonzero(is_chosen.to_numpy(zero_copy_only=False))
-            piece = piece.take(rows)
-        return piece, rows
+    def _chosen(self, piece: pa.Table) -> Wholes:
+        """Return the indices of the rows whose kind is read."""
+        if not self.spec.kinds or self.spec.columns.kind is None:
+            return np.arange(piece.num_rows)
+        chosen = pa.array(self.spec.kinds)
+        is_chosen = pc.is_in(_kinds(piece, self.spec.columns.kind), value_set=chosen)
+        rows: Wholes = np.flatnonzero(is_chosen.to_numpy(zero_copy_only=False))
+        return rows
 
     def _groups(self, file: TrackFile, piece: pa.Table) -> tuple[Wholes, Wholes]:
         """Return the number of the event and of the individual of each row."""
@@ -250,10 +250,11 @@ class Tracks:
         for file in self.files:
             begin = row
             for piece in file.pieces(self.columns, self.errors):
-                values = self._numbers(file, piece, row - begin)
-                chosen, rows = self._chosen(piece)
+                rows = self._chosen(piece)
+                chosen = piece if rows.size == piece.num_rows else piece.take(rows)
                 places = self._places(file, chosen, following, ends)
-                sorted_numbers[:, places] = values[:, rows]
+                numbered = RowsOf(file, row - begin + rows)
+                sorted_numbers[:, places] = self._numbers(numbered, chosen)
                 sorted_rows[places] = row + rows
                 row += piece.num_rows
                 if self._ends[-1] > MANY_ROWS and 10 * row // self._ends[-1] > tenths:
@@ -280,31 +281,31 @@ class Tracks:
                 for key in own
             ]
 
-    def _numbers(self, file: TrackFile, piece: pa.Table, first: int) -> Floats:
+    def _numbers(self, file: RowsOf, piece: pa.Table) -> Floats:
         values = np.full((VY + 1, piece.num_rows), np.nan)
         before = self.errors.count
         for row, name in enumerate(self._measured):
             read = times if row == TIME else numbers
-            values[row] = read(piece, name, file, first, errors=self.errors)
+            values[row] = read(piece, name, file, self.errors)
         lacking = np.flatnonzero(np.isnan(values[TIME]))
         if lacking.size and self.errors.count == before:
-            place = file.place(first + int(lacking[0]))
+            place = file.place(int(lacking[0]))
             words = f"{self._measured[0]} is missing"
             self.errors.note("a missing time", place, words, len(lacking))
         if self.spec.columns.frame:
             values[TIME] *= self.spec.time_step
         if self.spec.coordinates == "degrees":
-            self._project(file, values, first)
+            self._project(file, values)
         values[X:] *= self.spec.scale
         return values
 
-    def _project(self, file: TrackFile, values: Floats, first: int) -> None:
+    def _project(self, file: RowsOf, values: Floats) -> None:
         """Replace degrees by m around the first position of the recording."""
         for row, most in ((X, 180.0), (Y, 90.0)):
             for wrong in np.flatnonzero(np.abs(values[row]) > most):
                 name = self._measured[row]
                 words = f"{name} is {values[row, wrong]:g}, beyond {most:g} degrees"
-                place = file.place(first + int(wrong))
+                place = file.place(int(wrong))
                 self.errors.note("a position beyond the Earth", place, words)
                 values[row, wrong] = np.nan
         present = np.flatnonzero(np.isfinite(values[[X, Y]]).all(axis=0))
@@ -370,7 +371,11 @@ def reserve(path: Path) -> None:
             os.posix_fallocate(file.fileno(), 0, path.stat().st_size)
 
 
-def _by_value(name: str) -> tuple[bool, int, str]:
-    """Return a key that sorts numbers by value, and texts after numbers."""
-    is_number = name.isdecimal() and name.isascii() and len(name) < MOST_DIGITS
-    return not is_number, int(name) if is_number else 0, name
+def _by_value(name: str) -> tuple[tuple[bool, int, str], ...]:
+    """Return a key that sorts numbers in names by value, and before texts."""
+    parts = DIGITS.split(name)
+    return tuple(
+        (False, int(part), part) if DIGITS.fullmatch(part) else (True, 0, part)
+        for part in parts
+        if part
+    )

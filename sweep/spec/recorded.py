@@ -176,7 +176,8 @@ class KnownMetrics(NamedTuple):
         metric = self.known.metrics.get(name)
         models = self.known.models
         if metric and (lacking := lacks(models[self.model], metric)):
-            if models[self.model].events and metric.kinds:
+            model = models[self.model]
+            if model.events and set(metric.kinds) <= set(model.kinds) != set():
                 words = f'metric "{name}" needs {lacking}, in this order, and no others'
                 kinds = ", ".join(metric.kinds)
                 words += f"; write `kinds: [{kinds}]` under `recording`"

@@ -256,13 +256,14 @@ class JoinedStudies(Results):
                 return f"is {', '.join(listed)}"
         return ""
 
-    @staticmethod
-    def _fixed_value(study: StoredStudy, setting: str) -> Any:
+    def _fixed_value(self, study: StoredStudy, setting: str) -> Any:
         """Return the value of a parameter that a study does not vary."""
         if setting not in study.chooser.columns:
+            varying = next(part for part in self.parts if setting in part.headings)
+            value = spelled(varying.chooser.values(setting)[0])
             raise ChoiceError(
-                f"no parameter {setting}, which another study varies; choose one value"
-                f" in the other study, by --where or `where`",
+                f"no parameter {setting}, which {varying.name} varies; choose one"
+                f" value, for example {varying.name}:{setting}={value}",
                 study.name,
             )
         return study.chooser.values(setting)[0]

@@ -10,7 +10,13 @@ from kernels.near import build_near
 from sweep.trial.simulation import Simulation
 from tests import builders
 
-QUIET = {"noise": 0, "dog_noise": 0, "attraction_strength": 0, "alignment_strength": 0}
+QUIET = {
+    "noise": 0,
+    "dog_noise": 0,
+    "attraction_strength": 0,
+    "alignment_strength": 0,
+    "alignment_sum": "headings",
+}
 FAR = (590.0, 590.0)
 Places = list[tuple[float, float]]
 
@@ -60,6 +66,17 @@ def test_a_heading_is_the_sum_of_unit_vectors() -> None:
     found = velocities(places, begin, **changes)[0]
     wanted = 0.5j + 1.5 * unit(1 + 1j) + 1.3 * unit(-1 + 1j) + 1
     assert found == pytest.approx(unit(wanted), rel=1e-12)
+
+
+@pytest.mark.parametrize(("heading", "sign"), [(1 + 0j, 1), (1j, 1), (-1 + 0.5j, -1)])
+def test_the_program_sums_the_components_of_a_heading(
+    heading: complex, sign: int
+) -> None:
+    """Of one sheep, so that the other is pushed along a diagonal of the world."""
+    places = [(110.0, 100.0), (110.0, 103.0), (100.0, 100.0)]
+    changes = {"alignment_strength": 1.3, "alignment_sum": "components"}
+    found = velocities(places, [1j, heading, 1 + 0j], **changes)[0]
+    assert found == pytest.approx(unit(0.5j + 1.3 * sign * (1 + 1j) + 1), rel=1e-12)
 
 
 def test_a_sheep_at_rest_keeps_its_heading() -> None:

@@ -5,6 +5,7 @@ import math
 import re
 import textwrap
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from sweep.design import Job, Jobs, expand
 from sweep.errors import ChoiceError, SpecError
 from sweep.figures import KINDS, Choices, profile_figure
 from sweep.methods.profiles import mean_profiles
+from sweep.methods.profiles.figure import draw_profile
 from sweep.own_code import load_spec, study_of
 from sweep.tables import JoinedStudies
 from sweep.trial import run, simulation
@@ -532,6 +534,34 @@ def test_a_mean_over_events_is_that_of_individuals_of_one_name(tmp_path: Path) -
     axes = profile_figure(study, "directional_delay").axes[0]
     ticks = [tick.get_text() for tick in axes.get_xticklabels()]
     assert ticks == ["ada", "bea", "cleo", r"\$x\$"]
+
+
+def test_a_profile_that_no_individual_has_is_shown_without_values(
+    tmp_path: Path,
+) -> None:
+    """One dog has no other to lead. Delays are not compared, and that is said."""
+    for name in ("dogs", "others"):
+        record = {"metrics": ["speed"], "profiles": ["directional_delay_of_dog"]}
+        record["profiles"].append("velocity_correlation_function_of_sheep")
+        spec = {"study": f"lab/{name}", "model": "jadhav2024", "replicates": 2}
+        launched(tmp_path, spec | {"fixed": {"steps": 20}, "record": record})
+    shown = sweep(tmp_path, "profiles", "lab/dogs")
+    assert (shown.returncode, shown.stderr) == (0, "")
+    compared = sweep(tmp_path, "profiles", "lab/dogs", "lab/others")
+    assert "directional_delay_of_dog: individuals of A are not" in compared.stdout
+    study = load("lab/dogs", tmp_path / "results")
+    assert profile_figure(study, "directional_delay_of_dog").axes
+
+
+def test_a_wide_band_leaves_the_means_in_view(lab: Path) -> None:
+    study = load("my/profiles", lab / "results")
+    means = mean_profiles(study, ["velocity_correlation_function"])
+    wide = replace(means[0], low=means[0].value - 40, high=means[0].value + 40)
+    axes = draw_profile(study, [wide]).axes[0]
+    low, high = axes.get_ylim()
+    values = wide.value[np.isfinite(wide.value)]
+    assert high - low == pytest.approx(3 * np.ptp(values))
+    assert low < values.min() < values.max() < high
 
 
 def test_a_figure_of_two_studies_has_a_line_for_each(lab: Path, tmp_path: Path) -> None:

@@ -62,9 +62,13 @@ def jadhav2024(
         centre = np.sum([np.zeros(2), *(unit(ways[j]) for j in attracting)], axis=0)
         course = np.sum([np.zeros(2), *(seen[j].heading for j in aligning)], axis=0)
         towards = towards + s["attraction_strength"] * unit(centre)
-        towards = towards + s["alignment_strength"] * unit(course)
+        aligned = unit(course)
+        if s["alignment_sum"] == "components":
+            aligned = np.sign(course.sum()) * np.ones(2)
+        towards = towards + s["alignment_strength"] * aligned
         towards = towards - s["flight_strength"] * unit(to_dog)
-        return s["sheep_speed"] * unit(towards + s["noise"] * anywhere())
+        towards = towards + s["noise"] * anywhere()
+        return s["sheep_speed"] * unit(towards if towards.any() else own)
 
     def dog(seen: list[Headed]) -> Vector:
         ways = list(herd(seen, last).values())

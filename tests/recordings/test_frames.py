@@ -209,6 +209,33 @@ def test_columns_per_individual_have_the_frames_of_rows(tmp_path: Path) -> None:
         assert event.individuals == ("1", "2")
 
 
+def test_columns_per_individual_have_different_types(tmp_path: Path) -> None:
+    """As those of an animal that is lost; a column `id` is of no individual."""
+    table = {"id": [7, 8, 9], "t": [0.0, 0.1, 0.2], "x1": [1, 2, 3], "y1": [1, 1, 1]}
+    table |= {"x2": [1.5, 2.5, None], "y2": [2.0, 2.0, None]}
+    pd.DataFrame(table).to_parquet(tmp_path / "tracks.parquet")
+    section = {"files": ["*.parquet"], "columns": {"x": "x*", "y": "y*"}}
+    frames = frames_of(study_of_tracks(tmp_path, section))
+    np.testing.assert_array_equal(frames[:, 0], [[1, 1.5], [2, 2.5], [3, np.nan]])
+
+
+def test_rows_that_are_left_out_are_not_read(tmp_path: Path) -> None:
+    rows = [*line("1", [0, 1]), *line("2", [0, 1])]
+    broken = [(*row, "sheep" if row[0] == "1" else "dog") for row in rows]
+    broken.append(("2", 0.2, "inf", "lost", "dog"))
+    written(tmp_path, broken, "id,t,x,y,k")
+    section = {"columns": {"kind": "k"}, "kinds": ["sheep"]}
+    assert frames_of(study_of_tracks(tmp_path, section)).shape == (2, 4, 1)
+
+
+def test_names_with_numbers_are_in_the_order_of_the_numbers(tmp_path: Path) -> None:
+    names = ("s10", "s2", "10", "9", "s1b", "s1")
+    written(tmp_path, [row for name in names for row in line(name, [0, 1])])
+    study = study_of_tracks(tmp_path)
+    (event,) = study.known.models[study.model].events
+    assert event.individuals == ("9", "10", "s1", "s1b", "s2", "s10")
+
+
 def test_degrees_become_metres_around_the_first_position(tmp_path: Path) -> None:
     """A degree of latitude at the equator is 110.574 km on WGS 84, of longitude 111.320
     km; the reference tables have metres.

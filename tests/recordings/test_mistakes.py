@@ -66,6 +66,24 @@ CASES: dict[str, tuple[str, dict[str, Any], list[str]]] = {
         KINDS,
         ['individual a: "dog" and "sheep" are kinds of one individual'],
     ),
+    "an individual of two kinds, of which one is read": (
+        "id,t,x,y,k\na,0,1,1,sheep\na,0.1,1,1,sheep\na,0.2,1,1,dog\nb,0,1,1,dog\n",
+        KINDS | {"kinds": ["sheep"]},
+        ['individual a: "dog" and "sheep" are kinds of one individual'],
+    ),
+    "columns that belong to two individuals": (
+        "t,1x,1y,1vx,1vy\n0,1,1,1,1\n0.1,1,1,1,1\n",
+        {
+            "columns": {"x": "*x", "y": "*y", "vx": "*vx", "vy": "*vy"},
+            "velocities": "given",
+        },
+        ['"1vx" is the column of two individuals'],
+    ),
+    "a column of individuals beside stars": (
+        "t,who,x1,y1\n0,a,1,1\n0.1,a,1,1\n",
+        {"columns": {"x": "x*", "y": "y*", "individual": "who"}},
+        ["columns with * name the individuals; remove `individual`"],
+    ),
     "a kind that no column can have": (
         "id,t,x,y,k\na,0,1,1,Big Sheep\na,0.1,1,1,Big Sheep\n",
         KINDS,
@@ -84,7 +102,7 @@ CASES: dict[str, tuple[str, dict[str, Any], list[str]]] = {
     "columns of which one is for all": (
         "t,x1,x2,y\n0,1,1,1\n0.1,1,1,1\n",
         {"columns": {"x": "x*"}},
-        ["each column of positions and velocities has one *, or none has"],
+        ["has one *, or none has; the columns are x*, y"],
     ),
     "no columns of individuals": (
         GOOD,
@@ -94,22 +112,22 @@ CASES: dict[str, tuple[str, dict[str, Any], list[str]]] = {
     "an individual without y": (
         "t,x1,y1,x2\n0,1,1,1\n0.1,1,1,1\n",
         {"columns": {"x": "x*", "y": "y*"}},
-        ['the column "y2" is missing'],
+        ['"x*" needs the column "y2", which the file does not have'],
     ),
     "text in a column of an individual": (
         "t,x1,y1,x2,y2\n0,1,1,1,1\n0.1,1,1,one,1\n",
         {"columns": {"x": "x*", "y": "y*"}},
-        ['line 3: x* is "one", which is no number'],
+        ['line 3, individual 2: x* is "one", which is no number'],
     ),
     "positions beyond the Earth": (
-        GOOD.replace("1,1", "100,91"),
+        GOOD.replace("1,1", "100,91", 1).replace("2,2", "-181,2", 1),
         {"coordinates": "degrees"},
-        ["line 2: y is 91, beyond 90 degrees", *["beyond 90 degrees"] * 1],
+        ["line 2: y is 91, beyond 90 degrees", "line 4: x is -181, beyond 180 degrees"],
     ),
     "a window of three frames": (
         GOOD,
         {"smoothing": 0.2},
-        ["0.2 is less than 4 time steps"],
+        ["0.2 is too short for a parabola; allowed: 0, or 0.4 and more"],
     ),
     "smoothing of given velocities": (
         GOOD.replace("t,x,y", "t,x,y,u,v"),
@@ -119,7 +137,7 @@ CASES: dict[str, tuple[str, dict[str, Any], list[str]]] = {
     "kinds without a column": (
         GOOD,
         {"kinds": ["sheep"]},
-        ["kinds need the column `kind`"],
+        ["kinds need a column; write `columns: {kind: NAME}`"],
     ),
     "velocities without columns": (
         GOOD,

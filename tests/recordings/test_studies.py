@@ -1,5 +1,6 @@
 """A study of a recording is a study: tables, comparisons, figures, replays, packs."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -131,13 +132,37 @@ def test_a_packed_study_has_its_tables_elsewhere(lab: Path, tmp_path: Path) -> N
     assert told(tmp_path, "table", "lab/drives") == told(lab, "table", "lab/drives")
 
 
+def test_two_recordings_with_equal_settings_are_compared(tmp_path: Path) -> None:
+    """Only what the files say differs, or how they are read."""
+    rng = np.random.default_rng(5)
+    rows = [
+        (animal, frame / 10, frame / 10 + u, animal + v, event)
+        for event in range(3)
+        for animal in range(3)
+        for frame, (u, v) in enumerate(rng.normal(0, 0.05, (40, 2)))
+    ]
+    written(tmp_path, rows, "id,t,x,y,event")
+    recording = {"files": ["tracks.csv"], "time_step": 0.1}
+    recording |= {"columns": {"event": "event"}, "origin": {"x": -1, "y": -1}}
+    for name, smoothing in (("raw", 0), ("smooth", 1)):
+        section = recording | {"smoothing": smoothing}
+        spec = {"study": f"lab/{name}", "recording": section}
+        spec |= {"fixed": {"width": 9, "height": 9}, "record": {"metrics": ["speed"]}}
+        (tmp_path / "spec.yaml").write_text(json.dumps(spec), encoding="utf-8")
+        told(tmp_path, "launch", "spec.yaml")
+    found = told(tmp_path, "compare", "lab/raw", "lab/smooth", "--over", "half")
+    assert "speed_mean, B against A: lower at 1 of 1 point" in found
+    ended = sweep(tmp_path, "compare", "lab/raw", "lab/raw")
+    assert "there is nothing to compare" in ended.stderr
+
+
 def test_a_study_takes_up_new_events(lab: Path, tmp_path: Path) -> None:
     """Stored events keep their ids."""
     rows = (lab / "tracks.csv").read_text(encoding="utf-8")
     (tmp_path / "spec.yaml").write_text(SPEC, encoding="utf-8")
     (tmp_path / "tracks.csv").write_text(rows, encoding="utf-8")
     sweep(tmp_path, "launch", "spec.yaml")
-    more = "".join(f"1,{k / 2},{k},{k},0.5,sheep\n" for k in range(5))
+    more = "".join(f"1,{k / 2},{k},{k},4,sheep\n" for k in range(5))
     (tmp_path / "tracks.csv").write_text(rows + more, encoding="utf-8")
     ended = sweep(tmp_path, "launch", "spec.yaml")
     assert "4 trials, 3 of them stored already" in ended.stderr
@@ -169,6 +194,8 @@ def test_frames_that_are_gone_or_damaged_are_read_again(
         ('"boids"', "1000000"),
         ('"boids"', '"6"'),
         ('"absent"', "NaN"),
+        ('"a", ', ""),
+        ('"a"', "7"),
     ],
 )
 def test_facts_of_a_stranger_are_no_path_and_no_length(old: str, new: str) -> None:
@@ -181,7 +208,8 @@ def test_facts_of_a_stranger_are_no_path_and_no_length(old: str, new: str) -> No
         facts += ', "width": 1, "height": 1'
         return f'{{{facts}, "kinds": ["dog", "sheep"], "events": [{event}]}}'
 
-    event = '["drive", "sha", "boids", "steps", [1, 5], 0.0, "absent"]'
+    event = '["drive", "sha", "boids", "steps", [1, 5], 0.0, "absent", '
+    event += f"{json.dumps(list('abcdef'))}]"
     assert as_model(text_of(event)).events[0].boids == 6
     with pytest.raises(ValueError, match="not valid"):
         as_model(text_of(event.replace(old, new)))

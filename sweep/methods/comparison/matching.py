@@ -231,8 +231,17 @@ def _shared_candidates(side_a: Side, side_b: Side) -> set[str]:
     def keys(side: Side, names: "pd.Series[str]") -> set[tuple[Any, ...]]:
         chosen = names.isin(both)
         trials = side.trials[chosen]
+        # Parameters and seeds do not tell two recordings apart, but ids of trials do.
+        is_recorded = bool(side.study.known.models[side.model].events)
+        content = trials["trial_id"] if is_recorded else [""] * len(trials)
         return set(
-            zip(names[chosen], trials["streams"], replicates(trials), strict=True)
+            zip(
+                names[chosen],
+                trials["streams"],
+                replicates(trials),
+                content,
+                strict=True,
+            )
         )
 
     shared = keys(side_a, candidates_a) & keys(side_b, candidates_b)

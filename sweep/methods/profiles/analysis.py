@@ -216,6 +216,7 @@ def _mean_profile(
         row[np.searchsorted(at, positions)] = measured
     if profile.axis == "individual":  # others are not of the measured kind
         is_measured = np.isfinite(values).any(axis=0)
+        is_measured |= not is_measured.any()
         at = at[is_measured]
         values = values[:, is_measured]
     value, low, high = _band(values, (profile.low, profile.high))
@@ -309,17 +310,9 @@ def _zero(at: Floats, values: Floats) -> float:
 
 
 def common_profiles(a: Side, b: Side) -> list[str]:
-    """Return the profiles that two sides have, except those of individuals.
-
-    Raises ChoiceError if there is none.
-    """
-    known = a.study.known.profiles
+    """Return the profiles that two sides have. Raises ChoiceError if there is none."""
     theirs = recorded_profiles(b.study.profiles)
-    common = [
-        name
-        for name in recorded_profiles(a.study.profiles)
-        if name in theirs and known[name].axis != "individual"
-    ]
+    common = [name for name in recorded_profiles(a.study.profiles) if name in theirs]
     if not common:
         raise ChoiceError(f"shares no profile with {a.study.name}", b.study.name)
     return common
@@ -361,6 +354,9 @@ def profile_difference(a: Side, b: Side, name: str) -> ProfileDifference:
     ChoiceError
         If a side has several points, or the axes or units of the sides differ.
     """
+    if a.study.known.profiles[name].axis == "individual":
+        words = f"{name}: individuals of A are not those of B"
+        raise ChoiceError(words, b.study.name)
     first, second = (_of_side(side, name) for side in (a, b))
     for mine, theirs in (
         (first.unit, second.unit),
@@ -369,9 +365,6 @@ def profile_difference(a: Side, b: Side, name: str) -> ProfileDifference:
         if mine != theirs:
             words = f"{name} is in {mine or 'no unit'} in A, in {theirs} in B"
             raise ChoiceError(words, b.study.name)
-    if first.axis == "individual":
-        words = f"{name} is not compared: individuals of A are not those of B"
-        raise ChoiceError(words, b.study.name)
     if first.at.shape != second.at.shape or not np.allclose(first.at, second.at):
         raise ChoiceError(
             f"{name} has other positions in A than in B: record both with equal `to`,"

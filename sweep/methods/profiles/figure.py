@@ -33,6 +33,13 @@ from sweep.tables import STUDY, JoinedStudies, Results, StoredStudy, stored_part
 MOST_LINES = len(COLOURS)
 MOST_UPRIGHT = 16
 """Number of individuals up to which their names are not turned."""
+MOST_NAMED = 60
+"""Number of individuals up to which each has a tick."""
+SIDE_BY_SIDE = 0.12
+"""Distance of the lines of two points, in distances of individuals."""
+ROOM = 1.0
+"""Part of a band that is shown beyond the means, in ranges of the means."""
+SMALLEST_RANGE = 1e-9
 
 
 def profile_figure(study: StoredStudy, profile: str) -> Figure:
@@ -76,7 +83,7 @@ def draw_profile(study: Results, lines: Sequence[MeanProfile]) -> Figure:
         figure = Figure(figsize=(4.8, 3.9))
         axes = figure.subplots()
         for number, line in enumerate(lines):
-            _draw_line(axes, line, number)
+            _draw_line(axes, line, number, apart=number - 0.5 * (len(lines) - 1))
         positive = any((line.value > 0.0).any() for line in lines)
         if first.exponent is not None and positive:
             axes.set_xscale("log")
@@ -84,9 +91,11 @@ def draw_profile(study: Results, lines: Sequence[MeanProfile]) -> Figure:
             axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
             axes.xaxis.set_major_formatter("{x:g}")
             axes.xaxis.set_minor_formatter("")
-        if first.individuals:
-            axes.set_xticks(first.at, list(map(as_text, first.individuals)))
+        if first.axis == "individual" and len(first.at) <= MOST_NAMED:
+            axes.set_xticks(first.at, list(map(as_text, first.positions)))
             axes.tick_params("x", rotation=90 if len(first.at) > MOST_UPRIGHT else 0)
+        elif axes.get_yscale() == "linear":
+            _keep_means_in_view(axes, lines)
         if first.zero is not None:
             axes.axhline(0.0, color=GREY, lw=0.8, zorder=0)
         axes.set_xlabel(with_unit(first.axis, first.axis_unit))
@@ -97,10 +106,24 @@ def draw_profile(study: Results, lines: Sequence[MeanProfile]) -> Figure:
     return figure
 
 
-def _draw_line(axes: Axes, line: MeanProfile, number: int) -> None:
+def _keep_means_in_view(axes: Axes, lines: Sequence[MeanProfile]) -> None:
+    """Cut bands that are far wider than the means of all lines vary."""
+    means = np.concatenate([line.value for line in lines])
+    means = means[np.isfinite(means)]
+    if not means.size:
+        return
+    room = max(np.ptp(means), SMALLEST_RANGE) * ROOM
+    low, high = axes.get_ylim()
+    axes.set_ylim(max(low, means.min() - room), min(high, means.max() + room))
+
+
+def _draw_line(axes: Axes, line: MeanProfile, number: int, apart: float) -> None:
+    """Draw the means of a profile; individuals of several lines are side by side."""
     colour = COLOURS[number % len(COLOURS)]
     known = np.isfinite(line.value)
     at = line.at[known]
+    if line.axis == "individual":
+        at = at + SIDE_BY_SIDE * apart
     low = line.low[known]
     high = line.high[known]
     if line.axis == "individual":
@@ -124,9 +147,10 @@ def _style(number: int) -> str:
 
 
 def _note(study: Results, lines: Sequence[MeanProfile]) -> str:
+    drawn = "lines" if lines[0].axis == "individual" else "bands"
     text = (
-        f"{lines[0].text}; means over {study.averaged} of {{n}} trials per"
-        " point; bands: 95 % confidence intervals that hold for all positions together"
+        f"{lines[0].text}; means over {study.averaged} of {{n}} trials per point;"
+        f" {drawn}: 95 % confidence intervals that hold for all positions together"
     )
     return select(study).note(text, [len(line.values) for line in lines], shown=[])
 
