@@ -89,7 +89,7 @@ def every_metric(model: str) -> tuple[str, ...]:
     return tuple(name for name, one in METRICS.items() if not lacks_boids(about, one))
 
 
-SCALES = {"strombom2014": 0.5, "jadhav2024": 0.05}
+SCALES = {"strombom2014": 0.5}
 """Of models that have a unit of length in common with others, but not their size: a
 field, where others have rooms.
 """
@@ -110,13 +110,10 @@ def job(
     **changes: Any,
 ) -> Job:
     """A job with the settings of a preset but for `changes`; those that the model does
-    not have are left out. Worlds of tests are small: boids may start close together,
-    and not in a disc that may lie outside of the world.
+    not have are left out. Worlds of tests are small: boids may start close together.
     """
     known = settings_of(model, BUILT_IN).of_study(())
-    in_a_disc = MODELS[model].presets[preset].get("start_radius", 0) > 0
-    anywhere = {"start_radius": 0, "start_draws": "portable"} if in_a_disc else {}
-    changes = {"start_distance": 0} | anywhere | changes
+    changes = {"start_distance": 0} | changes
     changed = {
         name: known[name].coerce(value)
         for name, value in changes.items()
@@ -213,8 +210,8 @@ def weightless(model: str) -> dict[str, Any]:
         for name in (
             *("border_turn", "min_speed", "noise", "interaction_range"),
             *("repulsion_range", "orientation_width", "attraction_width"),
-            *("attraction_strength", "alignment_strength", "flight_strength"),
-            *("dog_noise", "target_radius"),
+            *("attraction_strength", "flight_strength", "dog_noise"),
+            "target_radius",
         )
         if name in settings_of(model, BUILT_IN)
     } | IDEAL

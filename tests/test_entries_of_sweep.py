@@ -187,6 +187,7 @@ def test_the_page_shows_a_new_start() -> None:
         "portable",
         "ordered",
         "opposite",
+        "around_goal",
         "in_a_row",
     ]
     assert "side by side" in control["text"]

@@ -6,7 +6,6 @@ from kernels.models import (
     couzin2002,
     cucker_smale2007,
     dorsogna2006,
-    jadhav2024,
     nanobot,
     nguyen2024,
     patel2023,
@@ -32,7 +31,6 @@ MODELS = Registry(
         "cucker_smale2007": cucker_smale2007.MODEL,
         "strombom2014": strombom2014.MODEL,
         "vasarhelyi2018": vasarhelyi2018.MODEL,
-        "jadhav2024": jadhav2024.MODEL,
     },
     flaw,
 )

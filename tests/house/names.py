@@ -49,7 +49,6 @@ PLACES_OF_ENTRIES: dict[str, Collection[str]] = {
     "kernels/settings.py": STARTS,  # values for most presets
     "kernels/models/aziel_chen2025.py": STARTS,  # a preset
     "kernels/models/couzin2002.py": STARTS,  # its presets
-    "kernels/models/jadhav2024.py": STARTS,  # its presets
     "kernels/models/strombom2014.py": STARTS,  # its presets
     "kernels/models/vicsek1995.py": STARTS,  # its presets
     "kernels/starts.py": STARTS,

@@ -543,8 +543,8 @@ def test_a_profile_that_no_individual_has_is_shown_without_values(
     for name in ("dogs", "others"):
         record = {"metrics": ["speed"], "profiles": ["directional_delay_of_dog"]}
         record["profiles"].append("velocity_correlation_function_of_sheep")
-        spec = {"study": f"lab/{name}", "model": "jadhav2024", "replicates": 2}
-        launched(tmp_path, spec | {"fixed": {"steps": 20}, "record": record})
+        spec = {"study": f"lab/{name}", "model": "strombom2014", "replicates": 2}
+        launched(tmp_path, spec | {"fixed": {"steps": 20, "n": 8}, "record": record})
     shown = sweep(tmp_path, "profiles", "lab/dogs")
     assert (shown.returncode, shown.stderr) == (0, "")
     compared = sweep(tmp_path, "profiles", "lab/dogs", "lab/others")

@@ -20,7 +20,6 @@ from tests.naive.flight import (
     turns,
     walk,
 )
-from tests.naive.jadhav2024 import jadhav2024
 from tests.naive.metrics import METRICS, flock_sizes
 from tests.naive.nanobot import nanobot
 from tests.naive.nguyen2024 import nguyen2024

@@ -37,7 +37,6 @@ OVERFLOWS = {
     "cucker_smale2007": {"dt": 1e308},
     "couzin2002": {"max_speed": 1e150, "dt": 1e200},
     "strombom2014": {"dog_speed": 1e150, "dt": 1e200},
-    "jadhav2024": {"dog_speed": 1e150, "dt": 1e200},
     "vasarhelyi2018": {"dt": 1e308, "motor_noise": 1e308},
     "rustamani2024": (
         dict.fromkeys(("max_acceleration", "max_speed", "acceleration_pool"), math.inf)

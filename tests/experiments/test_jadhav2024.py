@@ -1,14 +1,23 @@
-"""jadhav2024: what is known of it without computing."""
+"""jadhav2024: against its slow twin, and what is known of it without computing."""
 
+from collections.abc import Iterator
+from itertools import product
 from typing import Any
 
 import numpy as np
 import pytest
 
-from kernels.models.jadhav2024 import _choose as choose
+from experiments.sheep.jadhav2024 import MODEL
+from experiments.sheep.jadhav2024 import _choose as choose
 from kernels.near import build_near
+from sweep.design.jobs import stream
+from sweep.testing import assert_keeps
 from sweep.trial.simulation import Simulation
-from tests import builders
+from tests import builders, naive
+from tests.naive.jadhav2024 import jadhav2024
+
+ANYWHERE = {"start_radius": 0, "start_draws": "portable"}
+"""The start of trials whose boids are placed, or whose world is small."""
 
 QUIET = {
     "noise": 0,
@@ -21,6 +30,44 @@ FAR = (590.0, 590.0)
 Places = list[tuple[float, float]]
 
 
+@pytest.fixture(autouse=True, scope="module")
+def _is_known() -> Iterator[None]:
+    with builders.entered(MODEL):
+        yield
+
+
+@pytest.mark.parametrize(
+    ("preset", "update", "borders"),
+    list(product(MODEL.presets, builders.UPDATES, builders.BORDERS)),
+)
+def test_the_model_does_what_its_slow_twin_does(
+    preset: str, update: str, borders: dict[str, Any]
+) -> None:
+    """For 20 steps in which sheep flee, rest and are driven, with the same generator;
+    see tests.kernels.test_models for the tolerance.
+    """
+    given = ANYWHERE | {"n": 14, "steps": 20, "width": 15, "height": 14, "seed": 27}
+    given |= {"goal_x": 3, "goal_y": 4, "detection_range": 6} | borders
+    a_job = builders.job("jadhav2024", preset, **given, update=update)
+    simulation = Simulation(a_job)
+    birds = naive.birds(simulation.flock)
+    rng = np.random.default_rng(stream(a_job, "noise"))
+    rested = 0
+    for _ in range(20):
+        birds = jadhav2024(a_job.settings, simulation.world, birds, rng)
+        simulation.advance(1)
+        slow = np.array([[*bird.position, *bird.velocity] for bird in birds]).T
+        rested += int((slow[2:] == 0).all(axis=0).sum())
+        np.testing.assert_allclose(
+            builders.state(simulation.flock), slow, rtol=0, atol=1e-10
+        )
+    assert rested > 0
+
+
+def test_the_model_has_the_symmetries_that_it_declares() -> None:
+    assert_keeps(MODEL, "symmetries")
+
+
 def velocities(
     places: Places, headings: list[complex] | None = None, **changes: Any
 ) -> list[complex]:
@@ -28,7 +75,7 @@ def velocities(
     given velocities.
     """
     given = {"n": len(places), "steps": 1, "metrics": ()} | QUIET | changes
-    simulation = Simulation(builders.job("jadhav2024", **given))
+    simulation = Simulation(builders.job("jadhav2024", **ANYWHERE | given))
     begin = np.array(headings or [0j] * len(places))
     builders.place(simulation, *np.transpose(places), begin.real, begin.imag)
     simulation.advance(1)
@@ -82,7 +129,7 @@ def test_the_program_sums_the_components_of_a_heading(
 def test_a_sheep_at_rest_keeps_its_heading() -> None:
     """Two sheep rest for a step; then the dog comes, and one aligns with the other."""
     given = QUIET | {"n": 3, "steps": 2, "metrics": (), "alignment_strength": 1.3}
-    simulation = Simulation(builders.job("jadhav2024", **given))
+    simulation = Simulation(builders.job("jadhav2024", **ANYWHERE | given))
     begin = np.array([1, 1j, 1])
     places = [(110.0, 100.0), (125.0, 100.0), FAR]
     builders.place(simulation, *np.transpose(places), begin.real, begin.imag)

@@ -27,7 +27,6 @@ mathematics library.
 import math
 from typing import Annotated, NamedTuple
 
-import numpy as np
 from numpy.random import Generator
 
 from kernels.jit import jit
@@ -341,7 +340,8 @@ def _sheep_velocity(
             with_y += unit_y
     to_x, to_y = direction(to_x, to_y, 0.0, 0.0)
     if params.alignment_sum == COMPONENTS:
-        with_x = np.sign(with_x + with_y)
+        total = with_x + with_y
+        with_x = float(int(total > 0.0) - int(total < 0.0))
         with_y = with_x
     else:
         with_x, with_y = direction(with_x, with_y, 0.0, 0.0)
