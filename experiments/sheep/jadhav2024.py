@@ -242,18 +242,16 @@ def _displacement(
 
 
 @jit
-def _remember_headings(flock: Flock, work: Workspace) -> None:
-    """Keep the headings of moving boids, for boids that come to rest."""
-    for i in range(flock.x.size):
-        work.heading_x[i], work.heading_y[i] = direction(
-            flock.vx[i], flock.vy[i], work.heading_x[i], work.heading_y[i]
-        )
-
-
-@jit
 def _heading(flock: Flock, work: Workspace, i: int) -> tuple[float, float]:
     """Return the heading of a boid, or the last heading of a boid at rest."""
     return direction(flock.vx[i], flock.vy[i], work.heading_x[i], work.heading_y[i])
+
+
+@jit
+def _remember_headings(flock: Flock, work: Workspace) -> None:
+    """Keep the headings of moving boids, for boids that come to rest."""
+    for i in range(flock.x.size):
+        work.heading_x[i], work.heading_y[i] = _heading(flock, work, i)
 
 
 @jit

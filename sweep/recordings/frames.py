@@ -198,7 +198,7 @@ class EventFrames:
         """Return positions (F, 2), each on a parabola through the frames around it.
 
         The filter is that of Savitzky and Golay. A run of frames between two gaps that
-        is shorter than `smoothing` has a shorter window.
+        is shorter than `smoothing` has a shorter window; less than five frames stay.
         """
         from scipy.signal import savgol_filter  # 0.3 s to import
 

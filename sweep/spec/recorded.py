@@ -177,7 +177,8 @@ class KnownMetrics(NamedTuple):
         models = self.known.models
         if metric and (lacking := lacks(models[self.model], metric)):
             model = models[self.model]
-            if model.events and set(metric.kinds) <= set(model.kinds) != set():
+            has_kinds = metric.kinds and set(metric.kinds) <= set(model.kinds)
+            if model.events and has_kinds and not (metric.state or metric.potential):
                 words = f'metric "{name}" needs {lacking}, in this order, and no others'
                 kinds = ", ".join(metric.kinds)
                 words += f"; write `kinds: [{kinds}]` under `recording`"

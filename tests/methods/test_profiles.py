@@ -554,14 +554,21 @@ def test_a_profile_that_no_individual_has_is_shown_without_values(
 
 
 def test_a_wide_band_leaves_the_means_in_view(lab: Path) -> None:
+    """One of a few positions is known badly. A band that is as wide as the others stays
+    whole, also where all means are equal.
+    """
     study = load("my/profiles", lab / "results")
     means = mean_profiles(study, ["velocity_correlation_function"])
-    wide = replace(means[0], low=means[0].value - 40, high=means[0].value + 40)
-    axes = draw_profile(study, [wide]).axes[0]
-    low, high = axes.get_ylim()
-    values = wide.value[np.isfinite(wide.value)]
-    assert high - low == pytest.approx(3 * np.ptp(values))
-    assert low < values.min() < values.max() < high
+    at = np.arange(5.0)
+    value = np.array([0.5, 0.4, 0.2, 0.1, 0.0])
+    half = np.array([0.1, 0.1, 0.1, 0.1, 40.0])
+    wide = replace(means[0], at=at, value=value, low=value - half, high=value + half)
+    low, high = draw_profile(study, [wide]).axes[0].get_ylim()
+    assert (low, high) == pytest.approx((-0.5, 1.0))
+    level = np.full(5, 0.3)
+    flat = replace(means[0], at=at, value=level, low=level - 2, high=level + 2)
+    low, high = draw_profile(study, [flat]).axes[0].get_ylim()
+    assert low < -1.7 < 2.3 < high
 
 
 def test_a_figure_of_two_studies_has_a_line_for_each(lab: Path, tmp_path: Path) -> None:

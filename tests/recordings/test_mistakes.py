@@ -268,3 +268,30 @@ def test_times_beyond_all_numbers_are_an_error(tmp_path: Path) -> None:
     (tmp_path / "tracks.csv").write_text(rows, encoding="utf-8")
     with pytest.raises(SpecError, match="check the units of time_step and times"):
         study_of_tracks(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("metric", "kinds", "message"),
+    [
+        (
+            "dog_distance",
+            ["dog", "sheep"],
+            "write `kinds: [sheep, dog]`",
+        ),
+        ("dog_distance", [], "write `kinds: [sheep, dog]`"),
+        ("dog_distance", ["sheep"], "needs a model with the kinds sheep, dog"),
+        ("herded", ["sheep", "dog"], "needs a model with the state task_time"),
+        ("potential", ["sheep", "dog"], "needs a model with a pair potential"),
+    ],
+)
+def test_a_metric_of_a_herd_needs_its_kinds_in_its_order(
+    metric: str, kinds: list[str], message: str, tmp_path: Path
+) -> None:
+    rows = "".join(f"{k},{t / 10},1,1,{k}\n" for k in ("sheep", "dog") for t in (0, 1))
+    (tmp_path / "tracks.csv").write_text(f"id,t,x,y,k\n{rows}", encoding="utf-8")
+    section = KINDS | ({"kinds": kinds} if kinds else {})
+    with pytest.raises(SpecError) as raised:
+        study_of_tracks(tmp_path, section, record={"metrics": [metric]})
+    assert message in str(raised.value)
+    whole = KINDS | {"kinds": ["sheep", "dog"]}
+    study_of_tracks(tmp_path, whole, record={"metrics": ["dog_distance"]})

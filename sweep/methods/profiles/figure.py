@@ -37,9 +37,6 @@ MOST_NAMED = 60
 """Number of individuals up to which each has a tick."""
 SIDE_BY_SIDE = 0.12
 """Distance of the lines of two points, in distances of individuals."""
-ROOM = 1.0
-"""Part of a band that is shown beyond the means, in ranges of the means."""
-SMALLEST_RANGE = 1e-9
 
 
 def profile_figure(study: StoredStudy, profile: str) -> Figure:
@@ -107,12 +104,14 @@ def draw_profile(study: Results, lines: Sequence[MeanProfile]) -> Figure:
 
 
 def _keep_means_in_view(axes: Axes, lines: Sequence[MeanProfile]) -> None:
-    """Cut bands that are far wider than the means of all lines vary."""
+    """Cut bands that are wider than most bands, and than the means vary."""
     means = np.concatenate([line.value for line in lines])
+    widths = np.concatenate([line.high - line.low for line in lines])
     means = means[np.isfinite(means)]
-    if not means.size:
+    widths = widths[np.isfinite(widths)]
+    if not (means.size and widths.size):
         return
-    room = max(np.ptp(means), SMALLEST_RANGE) * ROOM
+    room = max(np.ptp(means), np.median(widths))
     low, high = axes.get_ylim()
     axes.set_ylim(max(low, means.min() - room), min(high, means.max() + room))
 
