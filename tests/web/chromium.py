@@ -2,7 +2,6 @@
 process.
 """
 
-import random
 import shutil
 import threading
 import time
@@ -12,7 +11,6 @@ from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Page, expect, sync_playwright
-from uvicorn.protocols.websockets import websockets_sansio_impl
 
 from sweep.web.live_show import Live
 from sweep.web.server import PageServer
@@ -96,20 +94,13 @@ def in_the_cafeteria() -> Live:
 
 @contextmanager
 def in_a_thread(server: PageServer) -> Iterator[PageServer]:
-    """`server`, running in a thread that leaves Python's generator alone.
-
-    Every 20 s uvicorn draws the content of a ping. hypothesis, in the main thread,
-    takes a change of Python's generator while it draws an example for a mistake of the
-    test.
-    """
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(websockets_sansio_impl, "random", random.Random())
-        thread = threading.Thread(target=server.run)
-        thread.start()
-        yield server
-        server.stop()
-        thread.join(PATIENCE)
-        assert not thread.is_alive()
+    """Run `server` in a thread."""
+    thread = threading.Thread(target=server.run)
+    thread.start()
+    yield server
+    server.stop()
+    thread.join(PATIENCE)
+    assert not thread.is_alive()
 
 
 @contextmanager

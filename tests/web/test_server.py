@@ -3,7 +3,6 @@
 import asyncio
 import http.client
 import json
-import random
 import socket
 import subprocess
 import threading
@@ -12,12 +11,10 @@ from collections.abc import Callable, Coroutine, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
-from unittest.mock import Mock
 from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
-from uvicorn.protocols.websockets import websockets_sansio_impl
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
@@ -829,18 +826,6 @@ def test_a_picture_of_the_frame_is_made_while_it_runs(
         file = page.wait("file")
         assert file["name"].endswith(f".{kind}")
         assert len(file["data"]) > 1000
-
-
-@pytest.mark.usefixtures("server")
-def test_pings_leave_python_s_generator_alone() -> None:
-    """Hypothesis watches it, in whatever test runs while the server pings."""
-    connection = Mock(close_sent=False)
-    connection.transport.is_closing.return_value = False
-    connection.conn.data_to_send.return_value = []
-    state = random.getstate()
-    websockets_sansio_impl.WebSocketsSansIOProtocol.send_keepalive_ping(connection)
-    assert connection.conn.send_ping.called
-    assert random.getstate() == state
 
 
 class Slow(Watched):
