@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from numpy.typing import NDArray
+from scipy.stats import ttest_ind
 
 from kernels.profiles import PROFILES
 from sweep import load
@@ -21,6 +22,7 @@ from sweep.design import Job, Jobs, expand
 from sweep.errors import ChoiceError, SpecError
 from sweep.figures import KINDS, Choices, profile_figure
 from sweep.methods.profiles import mean_profiles
+from sweep.methods.profiles.analysis import MeanProfile, size_exponents
 from sweep.methods.profiles.figure import draw_profile
 from sweep.own_code import load_spec, study_of
 from sweep.tables import JoinedStudies
@@ -31,6 +33,7 @@ from tests.naive.profiles import Way
 from tests.recordings.tracks import written
 
 Floats = NDArray[np.float64]
+OVERLAP = "neighbour_overlap"
 SPEC = """\
 study: my/profiles
 model: vicsek1995
@@ -602,6 +605,106 @@ def test_the_figure_has_a_line_and_a_band_per_point(lab: Path) -> None:
     assert len(axes.collections) == 2
     with pytest.raises(ChoiceError, match="unknown profile"):
         profile_figure(study, "polarization")
+
+
+def test_a_study_of_many_points_has_a_line_for_each(lab: Path) -> None:
+    """Each line has a style of its own; more lines than colours are refused."""
+    spec = parsed(SPEC) | {"study": "my/many", "replicates": 2}
+    spec["sweep"] = {"noise": [0.5, 1, 1.5, 2, 2.5, 3, 3.5, 4]}
+    spec["record"] = {"profiles": ["neighbour_overlap"], "every": 2}
+    launched(lab, spec)
+    study = load("my/many", lab / "results")
+    few = study.where("noise < 4")
+    styles = [
+        line.get_linestyle() for line in profile_figure(few, OVERLAP).axes[0].lines
+    ]
+    assert len(styles) == 7
+    assert len(set(styles)) >= 4
+    with pytest.raises(ChoiceError, match="has 8 points; allowed: up to 7 lines"):
+        profile_figure(study, OVERLAP)
+    assert "8 points" in KINDS["profiles"].suits(study, Choices())
+
+
+def test_marks_are_the_means_of_each_position(lab: Path) -> None:
+    """The explorer draws them; individuals have names instead of positions."""
+    study = load("my/profiles", lab / "results")
+    marks = KINDS["profiles"].marks
+    assert marks
+    shown = marks(study, Choices())
+    assert shown.form == "lines"
+    assert [panel.y.name for panel in shown.panels] == list(PROFILES)[:-1]
+    assert shown.note.endswith("only in `sweep plot`: directional_delay")
+    assert shown.values == ("noise = 0.5", "noise = 3")
+    for panel in shown.panels:
+        for number, mean in enumerate(mean_profiles(study, [panel.y.name])):
+            own = panel.marks[panel.marks["point"] == mean.point]
+            assert set(own["colour"]) == {number}
+            for column, values in (
+                ("x", mean.at),
+                ("y", mean.value),
+                ("low", mean.low),
+                ("high", mean.high),
+            ):
+                np.testing.assert_array_equal(own[column], values)
+        assert panel.x.logarithmic == panel.y.logarithmic
+    assert [panel.y.name for panel in shown.panels if panel.y.logarithmic] == [
+        "number_fluctuations",
+        "mean_squared_displacement",
+    ]
+
+
+def test_the_growth_of_a_length_is_a_slope_of_logarithms(lab: Path) -> None:
+    """Two sizes have Welch's interval. Of three sizes with equal spreads, the slope is
+    that of all trials. A trial without a zero, or two worlds of one side, have none.
+    """
+    (mean, _) = mean_profiles(
+        load("my/profiles", lab / "results"), ["velocity_correlation_function"]
+    )
+    random = np.random.default_rng(8)
+
+    def sized(n: int, trials: int) -> MeanProfile:
+        zeros = n**0.4 * np.exp(random.normal(0, 0.1, trials))
+        side = math.sqrt(n)
+        settings = {"n": n, "width": side, "height": side, "noise": 0.5}
+        return replace(mean, settings=settings, side=side, zeros=zeros)
+
+    small, large, middle = sized(100, 8), sized(400, 12), sized(200, 8)
+    (growth,) = size_exponents([large, small])
+    assert growth.settings == {"noise": 0.5}
+    assert growth.sides == [10.0, 20.0]
+    tested = ttest_ind(np.log(large.zeros), np.log(small.zeros), equal_var=False)
+    interval = tested.confidence_interval()
+    expected = np.array([interval.low, interval.high]) / math.log(2)
+    assert growth.exponent[1:3] == pytest.approx(expected)
+    equal = replace(large, zeros=sized(400, 8).zeros)
+    (growth,) = size_exponents([equal, middle, small])
+    sizes = (small, middle, equal)
+    x = np.repeat(np.log([one.side for one in sizes]), 8)
+    y = np.log(np.concatenate([one.zeros for one in sizes]))
+    assert growth.exponent.value == pytest.approx(np.polyfit(x, y, 1)[0])
+    assert growth.exponent.n == 24
+    lost = replace(large, zeros=np.append(large.zeros[1:], np.nan))
+    (growth,) = size_exponents([lost, small])
+    assert np.isnan(growth.exponent.value)
+    assert growth.exponent.n == 19
+    assert size_exponents([small, replace(small, settings={"n": 7})]) == []
+
+
+def test_flocks_of_several_sizes_have_an_exponent_in_the_report(lab: Path) -> None:
+    """Correlations of a flock reach in proportion to its size (Cavagna et al. 2010)."""
+    spec = parsed(SPEC) | {"study": "my/sizes", "replicates": 6, "sizes": {}}
+    spec["sizes"] = {"n": [64, 256], "density": 3}
+    spec["sweep"] = {"noise": [0.5]}
+    spec["fixed"] = {"steps": 200}
+    spec["record"] = {"profiles": ["velocity_correlation_function"], "every": 10}
+    launched(lab, spec)
+    asked = ("profiles", "my/sizes", "--start", "0.3")
+    (growth,) = json.loads(sweep(lab, *asked, "--json").stdout)["sizes"]
+    assert growth["low"] < growth["exponent"] < growth["high"]
+    assert 0.5 < growth["exponent"] < 2.0
+    assert (growth["sizes"], growth["trials"]) == (2, 12)
+    text = sweep(lab, *asked).stdout
+    assert "my/sizes: growth with the side of the world" in text
 
 
 def test_a_study_without_profiles_says_how_to_record_them(tmp_path: Path) -> None:

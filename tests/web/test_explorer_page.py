@@ -30,7 +30,7 @@ Open = Callable[..., Page]
 
 @pytest.fixture(scope="module")
 def results() -> Path:
-    for name in ("small", "grid", "searched"):
+    for name in ("small", "grid", "searched", "profiled"):
         plotted.study(name)
     folder = plotted.study("small").store.folder.parent
     assert isinstance(folder, Path)
@@ -243,6 +243,22 @@ def test_a_short_logarithmic_axis_has_ticks_between_powers_of_ten(
     page = opened()
     seen(page, "table")
     assert page.evaluate(TICKS, [values]) == ticks
+
+
+def test_profiles_are_curves_whose_points_lead_to_their_trials(opened: Open) -> None:
+    """An exponent is a slope, so both axes are logarithmic."""
+    page = opened("#study=profiled&kind=profiles")
+    seen(page, ".figure .uplot")
+    caption = page.locator(".figure figcaption").first
+    expect(caption).to_have_text("mean squared displacement")
+    expect(page.locator(".figure .legend")).to_contain_text("noise = 0.5")
+    marks = page.get_by_role("listbox", name="mean squared displacement (r²) against")
+    marks.focus()
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("Enter")
+    seen(page, ".trials")
+    command = page.locator(".figure code").first
+    expect(command).to_contain_text("plot profiled profiles")
 
 
 def test_an_address_of_a_figure_that_does_not_suit_leads_to_one_that_does(

@@ -1,5 +1,7 @@
 """Means of profiles over trials, with confidence intervals for the whole curve."""
 
+import math
+from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -14,6 +16,7 @@ from sweep.analysis import (
     Interval,
     independent_contrast,
     max_t,
+    mean_estimate,
     mean_interval,
     simultaneous_confidence,
 )
@@ -27,6 +30,8 @@ from sweep.text import unknown
 Floats = NDArray[np.float64]
 FEWEST_POSITIONS = 3
 """Fewest positive values of a profile from which an exponent follows."""
+SIZE = ("n", "width", "height")
+"""Parameters that `sizes` of a spec varies together."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +63,10 @@ class MeanProfile:
         Mean over trials of the exponent, and of the first position with the value 0.
         None for a profile without. If some trials have no zero, the zero is that of the
         mean profile, without an interval.
+    zeros : array of float, shape (trials,)
+        First position with the value 0 in each trial; NaN for none.
+    side : float
+        Root of the area of the world.
     """
 
     name: str
@@ -75,11 +84,37 @@ class MeanProfile:
     high: Floats
     exponent: Interval | None
     zero: Interval | None
+    zeros: Floats
+    side: float
 
     @property
     def positions(self) -> list[str]:
         """Positions in words: names of individuals, or numbers."""
         return list(self.individuals) or [brief(float(at)) for at in self.at]
+
+
+@dataclass(frozen=True, eq=False)
+class SizeExponent:
+    """Growth of the zero of a profile with the side of the world, as a power law.
+
+    Attributes
+    ----------
+    name, axis : str
+        The profile, and the quantity along its axis.
+    settings : dict
+        Values of the parameters that vary, except the size.
+    sides : list of float
+        Sides of the worlds, the smallest first.
+    exponent : Interval
+        Slope of the logarithm of the zero over the logarithm of the side; NaN if a
+        trial has no zero.
+    """
+
+    name: str
+    axis: str
+    settings: dict[str, Any]
+    sides: list[float]
+    exponent: Interval
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,6 +167,28 @@ def mean_profiles(
     ChoiceError
         If no profile is stored, or a name is not recorded.
     """
+    chosen = chosen_profiles(study, names)
+    if start is not None and stop is not None and start > stop:
+        raise ChoiceError(f"start {start:g} is above stop {stop:g}", study.name)
+    trials = study.trials.set_index("trial_id")
+    return [
+        _mean_profile(
+            study,
+            name,
+            trials.loc[part["trial_id"]],
+            part,
+            extent=(start, stop),
+        )
+        for name in chosen
+        for _, part in rows_by_point(study, name)
+    ]
+
+
+def chosen_profiles(study: StoredStudy, names: Sequence[str] = ()) -> list[str]:
+    """Return the named profiles of a study, or all.
+
+    Raises ChoiceError if no profile is stored, or a name is not recorded.
+    """
     stored = study.profiles
     recorded = recorded_profiles(stored)
     if stored.empty:
@@ -143,25 +200,70 @@ def mean_profiles(
     for name in names:
         if name not in recorded:
             raise ChoiceError(unknown("profile", name, recorded), study.name)
-    if start is not None and stop is not None and start > stop:
-        raise ChoiceError(f"start {start:g} is above stop {stop:g}", study.name)
-    trials = study.trials.set_index("trial_id")
-    stored = stored[stored["trial_id"].isin(trials.index)]
-    points = trials.loc[stored["trial_id"], "point"].to_numpy()
-    return [
-        _mean_profile(
-            study,
-            name,
-            trials.loc[part["trial_id"]],
-            part,
-            extent=(start, stop),
-        )
-        for name in names or recorded
-        # Stored trials of an earlier spec may lack a profile.
-        for _, part in stored[stored[name].notna()].groupby(
-            points[stored[name].notna()], sort=False
-        )
-    ]
+    return list(names) or recorded
+
+
+def profile_units(study: StoredStudy, name: str) -> tuple[str, str]:
+    """Return the units of the values and of the positions of a profile."""
+    profile = study.known.profiles[name]
+    model = study.known.models[study.provenance["model"]]
+    return spelled(profile.unit, model), spelled(profile.axis_unit, model)
+
+
+def rows_by_point(study: StoredStudy, name: str) -> list[tuple[str, pd.DataFrame]]:
+    """Return the rows of the trials that have a profile, by point.
+
+    Stored trials of an earlier spec may lack a profile.
+    """
+    points = study.trials.set_index("trial_id")["point"]
+    stored = study.profiles
+    known = stored[stored[name].notna() & stored["trial_id"].isin(points.index)]
+    behind = points.loc[known["trial_id"]].to_numpy()
+    return [(str(point), rows) for point, rows in known.groupby(behind, sort=False)]
+
+
+def size_exponents(profiles: Iterable[MeanProfile]) -> list[SizeExponent]:
+    """Return the growth of zeros with the side of the world.
+
+    Each profile with a zero has one exponent per combination of the other parameters.
+    The worlds need different sides.
+    """
+    groups = defaultdict[tuple[Any, ...], list[MeanProfile]](list)
+    for profile in profiles:
+        if profile.zero is not None:
+            settings = profile.settings.items()
+            others = [(key, value) for key, value in settings if key not in SIZE]
+            groups[profile.name, *others].append(profile)
+    exponents = []
+    for (name, *others), group in groups.items():
+        group.sort(key=lambda profile: profile.side)
+        sides = [profile.side for profile in group]
+        if len(sides) > 1 and len(set(sides)) == len(sides):
+            slope = _slope(sides, [profile.zeros for profile in group])
+            exponents.append(
+                SizeExponent(name, group[0].axis, dict(others), sides, exponent=slope)
+            )
+    return exponents
+
+
+def _slope(sides: Sequence[float], zeros: Sequence[Floats]) -> Interval:
+    """Return the least-squares slope of mean logarithms of zeros over those of sides.
+
+    The slope is a sum of independent means with known weights. So the confidence
+    interval is Student's with Welch's degrees of freedom. If some trials have no zero,
+    the slope is NaN, because the other trials are a selection.
+    """
+    known = sum(int(np.isfinite(sample).sum()) for sample in zeros)
+    if known < sum(map(len, zeros)):
+        return Interval(np.nan, np.nan, np.nan, known)
+    x = np.log(sides) - np.mean(np.log(sides))
+    weights = x / np.sum(x**2)
+    *others, last = (
+        weight * np.log(sample) for weight, sample in zip(weights, zeros, strict=True)
+    )
+    # An estimate is the last mean minus all others.
+    estimate = mean_estimate(*(-other for other in others), last)
+    return Interval(estimate.value, *estimate.interval(), known)
 
 
 def with_unit(words: str, unit: str) -> str:
@@ -202,7 +304,7 @@ def _mean_profile(
     extent: tuple[float | None, float | None],
 ) -> MeanProfile:
     profile = study.known.profiles[name]
-    model = study.known.models[study.provenance["model"]]
+    unit, axis_unit = profile_units(study, name)
     trial = trials.iloc[0]
     individuals = _individuals(study, profile.axis)
     own_at = rows[f"{name}{AT}"].tolist()
@@ -232,8 +334,8 @@ def _mean_profile(
         slopes = [_exponent(at[inside], row, profile.exponent) for row in used]
         exponent = mean_interval(slopes)
     zero = None
+    zeros = np.array([_zero(at[inside], row) for row in used])
     if profile.zero:
-        zeros = np.array([_zero(at[inside], row) for row in used])
         zero = mean_interval(zeros)
         if not np.isfinite(zeros).all():  # those that have a zero are a selection
             of_mean = _zero(at[inside], value[inside])
@@ -242,8 +344,8 @@ def _mean_profile(
         name,
         profile.text,
         profile.axis,
-        unit=spelled(profile.unit, model),
-        axis_unit=spelled(profile.axis_unit, model),
+        unit=unit,
+        axis_unit=axis_unit,
         point=str(trial["point"]),
         settings={str(setting): trial[setting] for setting in study.varied},
         at=at,
@@ -254,6 +356,8 @@ def _mean_profile(
         high=high,
         exponent=exponent,
         zero=zero,
+        zeros=zeros,
+        side=math.sqrt(trial["width"] * trial["height"]),
     )
 
 

@@ -1,11 +1,11 @@
 """The figure of profiles: means along the axis, with bands for the whole curve."""
 
-from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
+import pandas as pd
 from matplotlib import style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -20,6 +20,9 @@ from sweep.figures import (
     STYLE,
     Choices,
     FigureKind,
+    FigureMarks,
+    MarkedAxis,
+    MarkedPanel,
     Planned,
     as_text,
     legend,
@@ -27,7 +30,14 @@ from sweep.figures import (
     note,
     select,
 )
-from sweep.methods.profiles.analysis import MeanProfile, mean_profiles, with_unit
+from sweep.methods.profiles.analysis import (
+    MeanProfile,
+    chosen_profiles,
+    mean_profiles,
+    profile_units,
+    rows_by_point,
+    with_unit,
+)
 from sweep.tables import STUDY, JoinedStudies, Results, StoredStudy, stored_parts
 
 MOST_LINES = len(COLOURS)
@@ -59,18 +69,22 @@ def profile_figure(study: StoredStudy, profile: str) -> Figure:
     ChoiceError
         If the profile is not stored, or the study has more points than colours.
     """
-    return draw_profile(study, _lines(study, mean_profiles(study, [profile])))
+    chosen_profiles(study, [profile])
+    _check_lines(study, profile)
+    return draw_profile(study, mean_profiles(study, [profile]))
 
 
-def _lines(study: Results, means: Sequence[MeanProfile]) -> Sequence[MeanProfile]:
-    if len(means) > MOST_LINES:
+def _check_lines(study: Results, profile: str) -> None:
+    """Raise ChoiceError if there are more points than colours."""
+    parts = stored_parts(study)
+    lines = sum(len(rows_by_point(part, profile)) for part in parts)
+    if lines > MOST_LINES:
         raise ChoiceError(
-            f"has {len(means):,} points; allowed: up to {MOST_LINES} lines; choose"
-            " with where",
+            f"has {lines:,} points; allowed: up to {MOST_LINES} lines; choose with"
+            " where",
             study.name,
             "profiles",
         )
-    return means
 
 
 def draw_profile(study: Results, lines: Sequence[MeanProfile]) -> Figure:
@@ -81,8 +95,7 @@ def draw_profile(study: Results, lines: Sequence[MeanProfile]) -> Figure:
         axes = figure.subplots()
         for number, line in enumerate(lines):
             _draw_line(axes, line, number, apart=number - 0.5 * (len(lines) - 1))
-        positive = any((line.value > 0.0).any() for line in lines)
-        if first.exponent is not None and positive:
+        if _is_logarithmic(lines):
             axes.set_xscale("log")
             axes.set_yscale("log")
             axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
@@ -125,6 +138,7 @@ def _draw_line(axes: Axes, line: MeanProfile, number: int, apart: float) -> None
         at = at + SIDE_BY_SIDE * apart
     low = line.low[known]
     high = line.high[known]
+    look = LINE_STYLES[number % len(LINE_STYLES)]
     if line.axis == "individual":
         axes.vlines(at, low, high, color=colour, lw=0.8)
     else:
@@ -134,15 +148,11 @@ def _draw_line(axes: Axes, line: MeanProfile, number: int, apart: float) -> None
         line.value[known],
         color=colour,
         marker=MARKERS[number % len(MARKERS)],
-        linestyle="none" if line.axis == "individual" else _style(number),
+        linestyle="none" if line.axis == "individual" else look,
         markersize=3.0,
         linewidth=0.9,
         label=named(line.settings.items()),
     )
-
-
-def _style(number: int) -> str:
-    return str(LINE_STYLES[number % len(LINE_STYLES)])
 
 
 def _note(study: Results, lines: Sequence[MeanProfile]) -> str:
@@ -154,47 +164,136 @@ def _note(study: Results, lines: Sequence[MeanProfile]) -> str:
     return select(study).note(text, [len(line.values) for line in lines], shown=[])
 
 
-def plan(study: Results, choices: Choices) -> list[Planned]:
+def plan(study: Results, _choices: Choices) -> list[Planned]:
     """Return a figure per profile.
 
-    Raises ChoiceError without profiles, or without a profile of all joined studies.
+    Raises ChoiceError without profiles, without a profile of all joined studies, or for
+    too many points.
     """
-    by_name = _by_name(study, choices.metrics)
     return [
-        Planned(name, partial(draw_profile, study, _lines(study, lines)))
-        for name, lines in by_name.items()
+        Planned(name, partial(_draw, study, name)) for name in _drawn_profiles(study)
     ]
 
 
-def _by_name(study: Results, names: Sequence[str]) -> dict[str, list[MeanProfile]]:
-    """Return the means of the profiles that all joined studies share, by name."""
-    parts = stored_parts(study)
-    by_name = defaultdict[str, list[MeanProfile]](list)
-    for part in parts:
-        of_study = {}
-        if isinstance(study, JoinedStudies):
-            of_study = {STUDY: study.labels[part.name]}
-        for mean in mean_profiles(part, names):
-            line = replace(mean, settings=of_study | mean.settings)
-            by_name[mean.name].append(line)
-    if len(parts) == 1:
-        return by_name
-    shared = {
-        name: lines
-        for name, lines in by_name.items()
-        if len({line.settings[STUDY] for line in lines}) == len(parts)
-        and len({(line.unit, line.axis_unit) for line in lines}) == 1
-        and lines[0].axis != "individual"
-    }
-    if not shared:
+def _draw(study: Results, name: str) -> Figure:
+    return draw_profile(study, _lines(study, name))
+
+
+def _drawn_profiles(study: Results) -> list[str]:
+    """Return the profiles that all joined studies have in equal units.
+
+    An individual of a study is none of another study.
+    """
+    first, *others = stored_parts(study)
+    names = [
+        name
+        for name in chosen_profiles(first)
+        if all(_is_shared(first, other, name) for other in others)
+    ]
+    if not names:
         raise ChoiceError(
             "no profile is in equal units in all studies; individuals of a study are"
             " not those of another study",
             study.name,
         )
-    return shared
+    for name in names:
+        _check_lines(study, name)
+    return names
+
+
+def _is_shared(first: StoredStudy, other: StoredStudy, name: str) -> bool:
+    return (
+        name in chosen_profiles(other)
+        and profile_units(first, name) == profile_units(other, name)
+        and first.known.profiles[name].axis != "individual"
+    )
+
+
+def _lines(study: Results, name: str) -> list[MeanProfile]:
+    """Return the mean of a profile at each point of each joined study."""
+    if not isinstance(study, JoinedStudies):
+        (study,) = stored_parts(study)
+        return mean_profiles(study, [name])
+    return [
+        replace(mean, settings={STUDY: study.labels[part.name]} | mean.settings)
+        for part in study.parts
+        for mean in mean_profiles(part, [name])
+    ]
+
+
+def marks(study: StoredStudy, _choices: Choices) -> FigureMarks:
+    """Return a panel per profile as marks; individuals only without other profiles."""
+    names = _drawn_profiles(study)
+    along = [name for name in names if study.known.profiles[name].axis != "individual"]
+    profiles = {name: _lines(study, name) for name in along or names}
+    points = dict.fromkeys(line.point for lines in profiles.values() for line in lines)
+    colours = {point: number for number, point in enumerate(points)}
+    settings = {
+        line.point: named(line.settings.items())
+        for lines in profiles.values()
+        for line in lines
+    }
+    left_out = [name for name in names if name not in profiles]
+    by_command = f"; only in `sweep plot`: {', '.join(left_out)}" if left_out else ""
+    text = (
+        f"means over {study.averaged} of {{n}} trials per point; bands: 95 %"
+        f" confidence intervals that hold for all positions together{by_command}"
+    )
+    counts = [len(line.values) for lines in profiles.values() for line in lines]
+    return FigureMarks(
+        "lines" if along else "points",
+        (),
+        [_panel(lines, colours) for lines in profiles.values()],
+        select(study).note(text, counts, shown=[]),
+        by="point" if study.varied else "",
+        values=tuple(settings[point] for point in points if study.varied),
+    )
+
+
+def _panel(lines: Sequence[MeanProfile], colours: Mapping[str, int]) -> MarkedPanel:
+    first = lines[0]
+    is_logarithmic = _is_logarithmic(lines)
+    rows = [
+        pd.DataFrame(
+            {
+                "x": line.at,
+                "y": line.value,
+                "low": line.low,
+                "high": line.high,
+                "n": np.isfinite(line.values).sum(axis=0),
+                "colour": colours[line.point],
+                "point": line.point,
+            }
+        )
+        for line in lines
+    ]
+    return MarkedPanel(
+        first.name.replace("_", " "),
+        MarkedAxis(
+            first.axis,
+            with_unit(first.axis, first.axis_unit),
+            is_logarithmic,
+            names=tuple(map(as_text, first.individuals)),
+        ),
+        MarkedAxis(
+            first.name,
+            with_unit(first.name.replace("_", " "), first.unit),
+            is_logarithmic,
+        ),
+        pd.concat(rows, ignore_index=True),
+    )
+
+
+def _is_logarithmic(lines: Sequence[MeanProfile]) -> bool:
+    """Return whether axes are logarithmic, so that an exponent is a slope."""
+    is_positive = any((line.value > 0.0).any() for line in lines)
+    return lines[0].exponent is not None and is_positive
 
 
 KIND = FigureKind(
-    "a profile along its axis, with a line per point", (), plan, of_several=True
+    "a profile along its axis, with a line per point",
+    (),
+    plan,
+    of_several=True,
+    marks=marks,
 )

@@ -6,7 +6,13 @@ from typing import Any
 import pandas as pd
 
 from sweep.analysis import CONFIDENCE, Interval, with_interval
-from sweep.methods.profiles.analysis import MeanProfile, ProfileDifference, with_unit
+from sweep.methods.profiles.analysis import (
+    MeanProfile,
+    ProfileDifference,
+    SizeExponent,
+    size_exponents,
+    with_unit,
+)
 from sweep.tables import MAX_ROWS, Report, StoredStudy, TextTable, brief, json_rows
 from sweep.text import so_many
 
@@ -18,15 +24,19 @@ def profiles_report(study: StoredStudy, means: Sequence[MeanProfile]) -> Report:
     """Return the mean of each profile at each position, as a report."""
     rows = pd.concat([_rows(profile) for profile in means], ignore_index=True)
     derived = pd.DataFrame([row for profile in means for row in _derived(profile)])
+    by_size = size_exponents(means)
     facts = {
         "study": study.name,
         "confidence": CONFIDENCE,
         "profiles": json_rows(rows),
         "derived": json_rows(derived),
+        "sizes": json_rows(pd.DataFrame([_of_sizes(growth) for growth in by_size])),
     }
     parts = list[TextTable | str]()
     if len(derived):
         parts.append(_derived_table(study, derived))
+    if by_size:
+        parts.append(_size_table(study, by_size))
     shown = 0
     for name in dict.fromkeys(profile.name for profile in means):
         of_name = [profile for profile in means if profile.name == name]
@@ -96,6 +106,44 @@ def _derived_table(study: StoredStudy, derived: pd.DataFrame) -> TextTable:
         caption="mean over trials with 95 % confidence interval (Student); trials: with"
         " such a value. An exponent is a fit over all positions, or from --start to"
         " --stop",
+    )
+
+
+def _of_sizes(growth: SizeExponent) -> dict[str, Any]:
+    return {
+        **growth.settings,
+        "profile": growth.name,
+        "quantity": ZEROS.get(growth.axis, "zero"),
+        "least_side": growth.sides[0],
+        "largest_side": growth.sides[-1],
+        "sizes": len(growth.sides),
+        "exponent": growth.exponent.value,
+        "low": growth.exponent.low,
+        "high": growth.exponent.high,
+        "trials": growth.exponent.n,
+    }
+
+
+def _size_table(study: StoredStudy, by_size: Sequence[SizeExponent]) -> TextTable:
+    rows = [_of_sizes(growth) for growth in by_size]
+    settings = list(by_size[0].settings)
+    return TextTable(
+        columns=[*settings, "profile", "quantity", "sides", "exponent", "trials"],
+        rows=[
+            [
+                *(brief(row[name]) for name in settings),
+                row["profile"],
+                row["quantity"],
+                f"{brief(row['least_side'])} to {brief(row['largest_side'])}",
+                with_interval(row["exponent"], row["low"], row["high"]),
+                str(row["trials"]),
+            ]
+            for row in rows
+        ],
+        title=f"{study.name}: growth with the side of the world",
+        caption="exponent of the quantity over the side, the root of the area, with"
+        " 95 % confidence interval (Welch); 1: in proportion to the side. No exponent:"
+        " some trials have no such value; trials: with such a value",
     )
 
 

@@ -321,5 +321,6 @@ declare global {
       target: HTMLElement,
     ): Plotted;
     rangeNum(low: number, high: number, room: number, extra: boolean): [number, number];
+    rangeLog(low: number, high: number, base: number, whole: boolean): [number, number];
   };
 }

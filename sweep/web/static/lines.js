@@ -146,6 +146,7 @@ export class Lines {
       scales: {
         x: { time: false, distr: x.logarithmic ? 3 : 1 },
         y: {
+          distr: y.logarithmic ? 3 : 1,
           range: (
             /** @type {unknown} */ _,
             /** @type {number} */ low,
@@ -172,12 +173,11 @@ export class Lines {
   /** @param {number} low @param {number} high */
   reach(low, high) {
     const values = this.published.map(({ value }) => value);
-    return uPlot.rangeNum(
-      Math.min(low, ...values),
-      Math.max(high, ...values),
-      ROOM,
-      true,
-    );
+    const least = Math.min(low, ...values);
+    const most = Math.max(high, ...values);
+    return this.panel.y.logarithmic
+      ? uPlot.rangeLog(least, most, 10, false)
+      : uPlot.rangeNum(least, most, ROOM, true);
   }
 
   // Where the plotting area begins in the element, in CSS pixels. uPlot lays itself out
