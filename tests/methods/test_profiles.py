@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pandas as pd
@@ -22,7 +23,7 @@ from sweep.design import Job, Jobs, expand
 from sweep.errors import ChoiceError, SpecError
 from sweep.figures import KINDS, Choices, profile_figure
 from sweep.methods.profiles import mean_profiles
-from sweep.methods.profiles.analysis import MeanProfile, size_exponents
+from sweep.methods.profiles.analysis import SizeExponent, size_exponents
 from sweep.methods.profiles.figure import draw_profile
 from sweep.own_code import load_spec, study_of
 from sweep.tables import JoinedStudies
@@ -653,41 +654,51 @@ def test_marks_are_the_means_of_each_position(lab: Path) -> None:
     ]
 
 
-def test_the_growth_of_a_length_is_a_slope_of_logarithms(lab: Path) -> None:
+def test_the_growth_of_a_length_is_a_slope_of_logarithms() -> None:
     """Two sizes have Welch's interval. Of three sizes with equal spreads, the slope is
     that of all trials. A trial without a zero, or two worlds of one side, have none.
     """
-    (mean, _) = mean_profiles(
-        load("my/profiles", lab / "results"), ["velocity_correlation_function"]
-    )
     random = np.random.default_rng(8)
 
-    def sized(n: int, trials: int) -> MeanProfile:
-        zeros = n**0.4 * np.exp(random.normal(0, 0.1, trials))
-        side = math.sqrt(n)
-        settings = {"n": n, "width": side, "height": side, "noise": 0.5}
-        return replace(mean, settings=settings, side=side, zeros=zeros)
+    def growth(**zeros: Floats) -> list[SizeExponent]:
+        sides = [float(name.split("_")[1]) for name in zeros]
+        points = {"point": list(zeros), "width": sides, "height": sides}
+        study = Mock(trials=pd.DataFrame(points))
+        profiles = [
+            Mock(
+                point=name,
+                settings={"n": side, "width": side, "height": side, "noise": 0.5},
+                zeros=own,
+                zero=mean_interval(own),
+                axis="distance",
+            )
+            for (name, own), side in zip(zeros.items(), sides, strict=True)
+        ]
+        for profile in profiles:
+            profile.name = "velocity_correlation_function"
+        return size_exponents(study, profiles)
 
-    small, large, middle = sized(100, 8), sized(400, 12), sized(200, 8)
-    (growth,) = size_exponents([large, small])
-    assert growth.settings == {"noise": 0.5}
-    assert growth.sides == [10.0, 20.0]
-    tested = ttest_ind(np.log(large.zeros), np.log(small.zeros), equal_var=False)
+    def zeros(side: float, trials: int) -> Floats:
+        lengths: Floats = side**0.8 * np.exp(random.normal(0, 0.1, trials))
+        return lengths
+
+    small, middle, large = zeros(10, 8), zeros(15, 8), zeros(20, 12)
+    (of_two,) = growth(b_20=large, a_10=small)
+    assert of_two.settings == {"noise": 0.5}
+    assert of_two.sides == [10.0, 20.0]
+    tested = ttest_ind(np.log(large), np.log(small), equal_var=False)
     interval = tested.confidence_interval()
     expected = np.array([interval.low, interval.high]) / math.log(2)
-    assert growth.exponent[1:3] == pytest.approx(expected)
-    equal = replace(large, zeros=sized(400, 8).zeros)
-    (growth,) = size_exponents([equal, middle, small])
-    sizes = (small, middle, equal)
-    x = np.repeat(np.log([one.side for one in sizes]), 8)
-    y = np.log(np.concatenate([one.zeros for one in sizes]))
-    assert growth.exponent.value == pytest.approx(np.polyfit(x, y, 1)[0])
-    assert growth.exponent.n == 24
-    lost = replace(large, zeros=np.append(large.zeros[1:], np.nan))
-    (growth,) = size_exponents([lost, small])
-    assert np.isnan(growth.exponent.value)
-    assert growth.exponent.n == 19
-    assert size_exponents([small, replace(small, settings={"n": 7})]) == []
+    assert of_two.exponent[1:3] == pytest.approx(expected)
+    (of_three,) = growth(a_10=small, b_15=middle, c_20=large[:8])
+    x = np.repeat(np.log([10.0, 15.0, 20.0]), 8)
+    y = np.log(np.concatenate([small, middle, large[:8]]))
+    assert of_three.exponent.value == pytest.approx(np.polyfit(x, y, 1)[0])
+    assert of_three.exponent.n == 24
+    (lost,) = growth(a_10=small, b_20=np.append(large[1:], np.nan))
+    assert np.isnan(lost.exponent.value)
+    assert lost.exponent.n == 19
+    assert growth(a_10=small, b_10=middle) == []
 
 
 def test_flocks_of_several_sizes_have_an_exponent_in_the_report(lab: Path) -> None:

@@ -251,14 +251,13 @@ def test_profiles_are_curves_whose_points_lead_to_their_trials(opened: Open) -> 
     seen(page, ".figure .uplot")
     caption = page.locator(".figure figcaption").first
     expect(caption).to_have_text("mean squared displacement")
-    expect(page.locator(".figure .legend")).to_contain_text("noise = 0.5")
-    marks = page.get_by_role("listbox", name="mean squared displacement (r²) against")
-    marks.focus()
+    expect(page.locator(".figure .legend").first).to_contain_text("noise = 0.5")
+    page.get_by_role("application", name="mean squared displacement (r²)").focus()
     page.keyboard.press("ArrowRight")
     page.keyboard.press("Enter")
-    seen(page, ".trials")
-    command = page.locator(".figure code").first
-    expect(command).to_contain_text("plot profiled profiles")
+    seen(page, "[aria-label=trials] tbody button")
+    expect(page.locator(".figure code")).to_contain_text("plot profiled profiles")
+    assert found(page) == []
 
 
 def test_an_address_of_a_figure_that_does_not_suit_leads_to_one_that_does(

@@ -1,8 +1,7 @@
 """Means of profiles over trials, with confidence intervals for the whole curve."""
 
-import math
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -65,8 +64,6 @@ class MeanProfile:
         mean profile, without an interval.
     zeros : array of float, shape (trials,)
         First position with the value 0 in each trial; NaN for none.
-    side : float
-        Root of the area of the world.
     """
 
     name: str
@@ -85,7 +82,6 @@ class MeanProfile:
     exponent: Interval | None
     zero: Interval | None
     zeros: Floats
-    side: float
 
     @property
     def positions(self) -> list[str]:
@@ -222,44 +218,56 @@ def rows_by_point(study: StoredStudy, name: str) -> list[tuple[str, pd.DataFrame
     return [(str(point), rows) for point, rows in known.groupby(behind, sort=False)]
 
 
-def size_exponents(profiles: Iterable[MeanProfile]) -> list[SizeExponent]:
+def size_exponents(
+    study: StoredStudy, profiles: Iterable[MeanProfile]
+) -> list[SizeExponent]:
     """Return the growth of zeros with the side of the world.
 
     Each profile with a zero has one exponent per combination of the other parameters.
     The worlds need different sides.
     """
-    groups = defaultdict[tuple[Any, ...], list[MeanProfile]](list)
+    trials = study.trials.drop_duplicates("point").set_index("point")
+    sides = np.sqrt(trials["width"] * trials["height"])
+    groups = defaultdict[tuple[Any, ...], dict[float, list[Floats]]](
+        lambda: defaultdict(list)
+    )
+    axes = {}
     for profile in profiles:
         if profile.zero is not None:
             settings = profile.settings.items()
             others = [(key, value) for key, value in settings if key not in SIZE]
-            groups[profile.name, *others].append(profile)
-    exponents = []
-    for (name, *others), group in groups.items():
-        group.sort(key=lambda profile: profile.side)
-        sides = [profile.side for profile in group]
-        if len(sides) > 1 and len(set(sides)) == len(sides):
-            slope = _slope(sides, [profile.zeros for profile in group])
-            exponents.append(
-                SizeExponent(name, group[0].axis, dict(others), sides, exponent=slope)
-            )
-    return exponents
+            side = float(sides[profile.point])
+            groups[profile.name, *others][side].append(profile.zeros)
+            axes[profile.name] = profile.axis
+    return [
+        SizeExponent(
+            name,
+            axes[name],
+            dict(others),
+            sorted(by_side),
+            exponent=_slope({side: zeros for side, (zeros,) in by_side.items()}),
+        )
+        for (name, *others), by_side in groups.items()
+        if len(by_side) > 1 and all(len(points) == 1 for points in by_side.values())
+    ]
 
 
-def _slope(sides: Sequence[float], zeros: Sequence[Floats]) -> Interval:
-    """Return the least-squares slope of mean logarithms of zeros over those of sides.
+def _slope(zeros: Mapping[float, Floats]) -> Interval:
+    """Return the slope of mean logarithms of zeros by side over those of the sides.
 
     The slope is a sum of independent means with known weights. So the confidence
     interval is Student's with Welch's degrees of freedom. If some trials have no zero,
     the slope is NaN, because the other trials are a selection.
     """
-    known = sum(int(np.isfinite(sample).sum()) for sample in zeros)
-    if known < sum(map(len, zeros)):
+    known = sum(int(np.isfinite(sample).sum()) for sample in zeros.values())
+    if known < sum(map(len, zeros.values())):
         return Interval(np.nan, np.nan, np.nan, known)
-    x = np.log(sides) - np.mean(np.log(sides))
+    x = np.log(list(zeros))
+    x -= x.mean()
     weights = x / np.sum(x**2)
     *others, last = (
-        weight * np.log(sample) for weight, sample in zip(weights, zeros, strict=True)
+        weight * np.log(sample)
+        for weight, sample in zip(weights, zeros.values(), strict=True)
     )
     # An estimate is the last mean minus all others.
     estimate = mean_estimate(*(-other for other in others), last)
@@ -357,7 +365,6 @@ def _mean_profile(
         exponent=exponent,
         zero=zero,
         zeros=zeros,
-        side=math.sqrt(trial["width"] * trial["height"]),
     )
 
 

@@ -24,7 +24,7 @@ def profiles_report(study: StoredStudy, means: Sequence[MeanProfile]) -> Report:
     """Return the mean of each profile at each position, as a report."""
     rows = pd.concat([_rows(profile) for profile in means], ignore_index=True)
     derived = pd.DataFrame([row for profile in means for row in _derived(profile)])
-    by_size = size_exponents(means)
+    by_size = size_exponents(study, means)
     facts = {
         "study": study.name,
         "confidence": CONFIDENCE,

@@ -317,7 +317,7 @@ declare global {
   const uPlot: {
     new (
       options: Record<string, unknown>,
-      data: (number | null)[][],
+      data: (number | null | undefined)[][],
       target: HTMLElement,
     ): Plotted;
     rangeNum(low: number, high: number, room: number, extra: boolean): [number, number];

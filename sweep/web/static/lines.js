@@ -67,7 +67,9 @@ export class Lines {
     this.draw();
   }
 
-  /** @returns {(number | null)[][]} x, and for each colour its means, lows and highs */
+  // x, and for each colour its means, lows and highs. A line has a gap at null, and
+  // goes on over the places of other lines, which are undefined.
+  /** @returns {(number | null | undefined)[][]} */
   get data() {
     const places = [...new Set(known(this.dots.map((dot) => dot.x)))].toSorted((a, b) =>
       a - b
@@ -78,9 +80,9 @@ export class Lines {
       );
       const dots = places.map((place) => there.get(place));
       return [
-        dots.map((dot) => dot?.y ?? null),
-        dots.map((dot) => dot?.low ?? null),
-        dots.map((dot) => dot?.high ?? null),
+        dots.map((dot) => dot && (dot.y ?? null)),
+        dots.map((dot) => dot && (dot.low ?? null)),
+        dots.map((dot) => dot && (dot.high ?? null)),
       ];
     });
     return [places, ...columns];
