@@ -235,19 +235,19 @@ def size_exponents(
     for profile in profiles:
         if profile.zero is not None:
             settings = profile.settings.items()
-            others = [(key, value) for key, value in settings if key not in SIZE]
+            parameters = [(key, value) for key, value in settings if key not in SIZE]
             side = float(sides[profile.point])
-            groups[profile.name, *others][side].append(profile.zeros)
+            groups[profile.name, *parameters][side].append(profile.zeros)
             axes[profile.name] = profile.axis
     return [
         SizeExponent(
             name,
             axes[name],
-            dict(others),
+            dict(parameters),
             sorted(by_side),
             exponent=_slope({side: zeros for side, (zeros,) in by_side.items()}),
         )
-        for (name, *others), by_side in groups.items()
+        for (name, *parameters), by_side in groups.items()
         if len(by_side) > 1 and all(len(points) == 1 for points in by_side.values())
     ]
 
@@ -265,12 +265,12 @@ def _slope(zeros: Mapping[float, Floats]) -> Interval:
     x = np.log(list(zeros))
     x -= x.mean()
     weights = x / np.sum(x**2)
-    *others, last = (
+    *negative, last = (
         weight * np.log(sample)
         for weight, sample in zip(weights, zeros.values(), strict=True)
     )
-    # An estimate is the last mean minus all others.
-    estimate = mean_estimate(*(-other for other in others), last)
+    # An estimate is the last mean minus all other means.
+    estimate = mean_estimate(*(-sample for sample in negative), last)
     return Interval(estimate.value, *estimate.interval(), known)
 
 

@@ -184,11 +184,11 @@ def _drawn_profiles(study: Results) -> list[str]:
 
     An individual of a study is none of another study.
     """
-    first, *others = stored_parts(study)
+    first, *joined = stored_parts(study)
     names = [
         name
         for name in chosen_profiles(first)
-        if all(_is_shared(first, other, name) for other in others)
+        if all(_is_shared(first, part, name) for part in joined)
     ]
     if not names:
         raise ChoiceError(
