@@ -76,7 +76,7 @@ class Survey(NamedTuple):
         Names of the columns, by key of `columns`.
     delimiter : Delimiter
     time_step : float or None
-        Mean time between two rows without gaps; None for numbers of frames.
+        Mean time between two rows, without gaps and bursts; None for numbers of frames.
     longest : float
         Longest time between two rows of an individual.
     is_regular : bool
@@ -181,13 +181,13 @@ def survey(path: Path) -> Survey:
 
 
 def _time_step(passed: NDArray[np.float64]) -> float:
-    """Return the mean time between rows without gaps.
+    """Return the mean time between rows, without gaps and bursts.
 
     Rounded times have a wrong median. A time near an integer number of frames per
     second is that of the frame rate.
     """
-    near = passed[passed < 1.5 * np.median(passed)]
-    mean = float(near.mean())
+    of_median = passed / np.median(passed)
+    mean = float(passed[(of_median > 0.5) & (of_median < 1.5)].mean())
     rate = round(1.0 / mean)
     if rate and abs(mean * rate - 1.0) < NEAR_FRAME_RATE:
         return float(f"{1.0 / rate:.{DIGITS}g}")

@@ -3,6 +3,7 @@
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from sweep.errors import SpecError
@@ -110,6 +111,14 @@ def test_rounded_times_of_a_camera_have_its_frame_rate(tmp_path: Path) -> None:
     facts = survey(written(tmp_path, rows))
     assert facts.time_step == pytest.approx(1 / 30, rel=1e-11)
     assert not facts.is_regular
+
+
+def test_bursts_and_gaps_leave_the_usual_time_between_two_rows(tmp_path: Path) -> None:
+    """A collar that records each minute sends a few rows in a second, and some late."""
+    passed = ([60] * 20 + [1, 1, 1, 300]) * 10
+    clock = np.cumsum(passed).tolist()
+    facts = survey(written(tmp_path, [("a", t, k, 1) for k, t in enumerate(clock)]))
+    assert facts.time_step == 60.0
 
 
 @pytest.mark.parametrize(
