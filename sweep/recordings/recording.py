@@ -73,8 +73,12 @@ def described(entry: Entry) -> str:
     if ANY in spec.columns.x:
         spec = replace(spec, columns=replace(spec.columns, individual=ANY))
     files = track_files(entry, spec)
+    mistakes = Mistakes()
+    columns = Tracks(files, spec, RowErrors(entry)).columns
     for file in files:
-        check_columns(entry, file, Tracks(files, spec, RowErrors(entry)).columns)
+        with mistakes.noted():
+            check_columns(entry, file, columns)
+    mistakes.check()
     note = frames_folder() / f"{_key(files, spec)}{SUFFIX}"
     with suppress(OSError, ValueError):
         text = note.read_text("utf-8")

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from sweep.recordings.files import FORMATS, UNREADABLE, CsvFile, TrackFile, WideFile
 from sweep.recordings.row_errors import RowErrors
-from sweep.spec import ANY, FILE, Delimiter, Entry, RecordingSpec
+from sweep.spec import ANY, FILE, Delimiter, Entry, Mistakes, RecordingSpec
 from sweep.text import shortened, unknown
 
 MISSING = ("", "NA", "NaN", "nan", "null", "None")
@@ -26,30 +26,20 @@ Floats = NDArray[np.float64]
 def track_files(entry: Entry, spec: RecordingSpec) -> list[TrackFile]:
     """Return the files of a recording, in the order of their names.
 
-    Raises SpecError for a pattern without files, and for a file of another format.
+    Raises SpecError with all patterns without files, and files of another format.
     """
+    mistakes = Mistakes()
     folder = entry.document.path.parent
     delimiter = DELIMITERS[spec.delimiter]
     names = dict[Path, str]()
     for index, pattern in enumerate(spec.files):
         item = entry.child("files").child(index)
-        # Path.glob takes no absolute pattern.
-        inside = (
-            pattern
-            if Path(pattern).is_absolute()
-            else f"{escape(str(folder))}/{pattern}"
-        )
-        every = sorted(glob(inside, recursive=True))  # noqa: PTH207
-        matches = [Path(path) for path in every if Path(path).is_file()]
-        if not matches:
-            raise item.error(f'no file matches "{shortened(pattern)}" in {folder}')
-        for path in matches:
-            if path.suffix not in FORMATS:
-                words = f'"{path.name}" ends with "{path.suffix}"'
-                raise item.error(f"{words}; allowed: {', '.join(FORMATS)}")
-            is_absolute = Path(pattern).is_absolute()
-            name = path if is_absolute else Path(os.path.relpath(path, folder))
-            names[path] = name.as_posix()
+        with mistakes.noted():
+            for path in _matches(item, pattern, folder):
+                is_absolute = Path(pattern).is_absolute()
+                name = path if is_absolute else Path(os.path.relpath(path, folder))
+                names[path] = name.as_posix()
+    mistakes.check()
     files = [
         FORMATS[path.suffix](path, name, delimiter) for path, name in names.items()
     ]
@@ -73,8 +63,24 @@ def track_files(entry: Entry, spec: RecordingSpec) -> list[TrackFile]:
     ]
 
 
+def _matches(item: Entry, pattern: str, folder: Path) -> list[Path]:
+    """Return the files of a pattern. Raises SpecError if they cannot be read."""
+    # Path.glob takes no absolute pattern.
+    is_absolute = Path(pattern).is_absolute()
+    inside = pattern if is_absolute else f"{escape(str(folder))}/{pattern}"
+    every = sorted(glob(inside, recursive=True))  # noqa: PTH207
+    matches = [Path(path) for path in every if Path(path).is_file()]
+    if not matches:
+        raise item.error(f'no file matches "{shortened(pattern)}" in {folder}')
+    for path in matches:
+        if path.suffix not in FORMATS:
+            words = f'"{path.name}" ends with "{path.suffix}"'
+            raise item.error(f"{words}; allowed: {', '.join(FORMATS)}")
+    return matches
+
+
 def check_columns(entry: Entry, file: TrackFile, columns: Sequence[str]) -> None:
-    """Raise SpecError unless a file has all columns, each once.
+    """Raise SpecError with all mistakes unless a file has all columns, each once.
 
     Parameters
     ----------
@@ -88,15 +94,20 @@ def check_columns(entry: Entry, file: TrackFile, columns: Sequence[str]) -> None
         present = file.columns()
     except UNREADABLE as error:
         raise entry.error(f"{file.name} cannot be read: {error}") from None
-    for column in columns:
-        if column == FILE:
-            continue
-        if column not in present:
-            words = unknown("column", column, present)
-            hint = _other_delimiter(present, file)
-            raise entry.error(f"{file.name}: {words}{hint}")
-        if present.count(column) > 1:
-            raise entry.error(f'{file.name} has several columns "{column}"')
+    needed = [column for column in columns if column != FILE]
+    lacking = [column for column in needed if column not in present]
+    if lacking and (hint := _other_delimiter(present, file)):
+        words = unknown("column", lacking[0], present)
+        raise entry.error(f"{file.name}: {words}{hint}")
+    mistakes = Mistakes()
+    for column in needed:
+        with mistakes.noted():
+            if column in lacking:
+                words = unknown("column", column, present)
+                raise entry.error(f"{file.name}: {words}")
+            if present.count(column) > 1:
+                raise entry.error(f'{file.name} has several columns "{column}"')
+    mistakes.check()
 
 
 def _other_delimiter(present: Sequence[str], file: TrackFile) -> str:

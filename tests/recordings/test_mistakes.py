@@ -151,6 +151,16 @@ CASES: dict[str, tuple[str, dict[str, Any], list[str]]] = {
     ),
     "no files": (GOOD, {"files": ["*.parquet"]}, ['no file matches "*.parquet"']),
     "files of another format": (GOOD, {"files": ["*.txt"]}, ['ends with ".txt"']),
+    "several patterns": (
+        GOOD,
+        {"files": ["*.parquet", "*.csv", "*.txt"]},
+        ['no file matches "*.parquet"', 'ends with ".txt"'],
+    ),
+    "several columns": (
+        GOOD,
+        {"columns": {"x": "east", "event": "trial"}},
+        ['unknown column "east"', 'unknown column "trial"'],
+    ),
     "a misspelt key": (GOOD, {"gap": 1}, ['did you mean "gaps"?']),
 }
 
