@@ -36,8 +36,8 @@ from sweep.figures.selection import (
     select,
 )
 from sweep.figures.style import COLOURS, LINE_STYLES, STYLE
-from sweep.spec import Column
-from sweep.tables import Results, as_names
+from sweep.spec import Column, spelled
+from sweep.tables import Results, as_names, stored_parts
 from sweep.text import unknown
 
 MOST_LINES = 60
@@ -49,12 +49,21 @@ class Curves(NamedTuple):
     """The contents of a figure of curves.
 
     Each metric and facet has a panel, and each value of `by` a line in the panel.
+    `time` is the unit of time of curves with different time steps, and "" for curves
+    against the frame.
     """
 
     selection: Selection
     metrics: list[str]
     by: str | None
     facets: list[Facet]
+    time: str
+
+    @property
+    def x(self) -> MarkedAxis:
+        """The axis of frames, or of times."""
+        label = f"time ({self.time})" if self.time else "frame (steps)"
+        return MarkedAxis("frame", label)
 
 
 def metric_curves(
@@ -65,7 +74,8 @@ def metric_curves(
     """Draw mean curves of series metrics against the frame, with a panel per metric.
 
     Bands are pointwise 95 % confidence intervals over trials. Further parameters that
-    vary become panels. A panel without done trials shows a note.
+    vary become panels. A panel without done trials shows a note. Curves with different
+    time steps, such as those of a recording and of a model, are against the time.
 
     Parameters
     ----------
@@ -128,7 +138,19 @@ def curves_layout(
     facets = selection.facets(panel_settings)
     remedy = "" if len(facets) > 1 else f"choose metrics, of {', '.join(names)}"
     selection.allow(len(names) * len(facets), panel_settings, "curves", remedy)
-    return Curves(selection, names, chosen, facets)
+    return Curves(selection, names, chosen, facets, time=_time_unit(selection))
+
+
+def _time_unit(selection: Selection) -> str:
+    """Return the unit of time if time steps differ, and units do not; else ""."""
+    trials = selection.trials
+    if "dt" not in trials or trials["dt"].nunique() < 2:
+        return ""
+    units = {
+        spelled("time", part.known.models[part.provenance["model"]])
+        for part in stored_parts(selection.study)
+    }
+    return units.pop() if len(units) == 1 else ""
 
 
 def series_metrics(study: Results) -> list[str]:
@@ -171,7 +193,7 @@ def _lines(selection: Selection, by: str | None) -> str | None:
 
 def draw_curves(layout: Curves) -> Figure:
     """Draw the figure of a layout."""
-    selection, metrics, by, facets = layout
+    selection, metrics, by, facets, _ = layout
     panels = [(metric, facet) for metric in metrics for facet in facets]
     with style.context(STYLE):
         across = min(3 if len(facets) > 2 else 2, len(panels))
@@ -224,17 +246,17 @@ def _curve_panel(axes: Axes, layout: Curves, metric: str, facet: Facet) -> None:
             continue
         curve = lines[value]
         (line,) = axes.plot(
-            curve["frame"], curve["mean"], label=words(value), **_looks(layout, number)
+            curve["x"], curve["mean"], label=words(value), **_looks(layout, number)
         )
         axes.fill_between(
-            curve["frame"],
+            curve["x"],
             curve["low"],
             curve["high"],
             color=line.get_color(),
             alpha=0.2,
             lw=0,
         )
-    axes.set_xlabel("frame (steps)")
+    axes.set_xlabel(layout.x.label)
     axes.set_ylabel(y_label(quantity(selection.study, metric)))
     if table.empty:
         without_trials(axes)
@@ -244,7 +266,10 @@ def _curve_panel(axes: Axes, layout: Curves, metric: str, facet: Facet) -> None:
 
 
 def _means(layout: Curves, metric: str, facet: Facet) -> pd.DataFrame:
-    """Return the curves of a panel: frame, mean, low, high, n and the value of `by`."""
+    """Return the curves of a panel.
+
+    The columns are x (frame or time), mean, low, high, n and the value of `by`.
+    """
     selection = layout.selection
     by = layout.by
     trials = among(selection.trials, facet.points)
@@ -252,9 +277,14 @@ def _means(layout: Curves, metric: str, facet: Facet) -> pd.DataFrame:
         **{LINE: trials["point"].map(selection.points[by]) if by else ""}
     )
     distribution = selection.study.distributions[metric]
-    return curves(
+    table = curves(
         selection.study.series, trials, LINE, metric, distribution=distribution
     )
+    table["x"] = table["frame"]
+    if layout.time:
+        # dt varies between points, so the trials of a line have one value.
+        table["x"] *= table[LINE].map(trials.groupby(LINE)["dt"].first())
+    return table
 
 
 def _looks(layout: Curves, number: int) -> dict[str, Any]:
@@ -325,10 +355,9 @@ def marks(study: Results, choices: Choices) -> FigureMarks:
     selection = layout.selection
     by = layout.by
     (metric,) = layout.metrics
-    x = MarkedAxis("frame", "frame (steps)")
     y = MarkedAxis(metric, quantity(selection.study, metric))
     panels = [
-        MarkedPanel(facet.title, x, y, _marked(layout, metric, facet))
+        MarkedPanel(facet.title, layout.x, y, _marked(layout, metric, facet))
         for facet in layout.facets
     ]
     numbers = range(len(selection.values(by)) if by else 1)
@@ -355,7 +384,7 @@ def _marked(layout: Curves, metric: str, facet: Facet) -> pd.DataFrame:
     behind = points[by] if by else pd.Series("", points.index)
     ids = {value: point for point, value in behind.items()}
     columns = {
-        "x": table["frame"],
+        "x": table["x"],
         "y": table["mean"],
         "low": table["low"],
         "high": table["high"],

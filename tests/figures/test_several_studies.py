@@ -60,6 +60,35 @@ def test_curves_of_two_studies_are_lines_with_the_number_of_each(results: Path) 
     assert shown(figure).startswith("small and more/other: 2 to 3 trials per curve")
 
 
+ZONES = """\
+study: fine
+model: couzin2002
+fixed: {n: 8, steps: 20, dt: 0.1}
+replicates: 2
+record: {series: [polarization], every: 5}
+"""
+
+
+def test_curves_with_different_time_steps_are_against_the_time(tmp_path: Path) -> None:
+    """A frame of one study is at another time than that of the other."""
+    launched(ZONES, tmp_path)
+    launched(ZONES.replace("fine", "coarse").replace("dt: 0.1", "dt: 0.2"), tmp_path)
+    swept = ZONES.replace("fine", "swept").replace(", dt: 0.1", "")
+    launched(swept + "sweep: {dt: [0.1, 0.2]}\n", tmp_path)
+    for drawn in (joined(tmp_path, "fine", "coarse"), StoredStudy("swept", tmp_path)):
+        (axes,) = metric_curves(drawn).axes
+        ends = sorted(line.get_xdata()[-1] for line in axes.lines)
+        assert ends == pytest.approx([2.0, 4.0])
+        assert axes.get_xlabel() == "time (s)"
+    assert KINDS["curves"].marks
+    marks = KINDS["curves"].marks(StoredStudy("swept", tmp_path), Choices())
+    (panel,) = marks.panels
+    assert panel.x.label == "time (s)"
+    assert panel.marks["x"].max() == pytest.approx(4.0)
+    (axes,) = metric_curves(StoredStudy("fine", tmp_path)).axes
+    assert axes.get_xlabel() == "frame (steps)"
+
+
 def test_a_condition_after_a_study_holds_for_this_study(results: Path) -> None:
     weight = StoredStudy("small", results).points["separation_weight"].iloc[0]
     names = [f"small:separation_weight={weight}", "more/other", "curves"]
