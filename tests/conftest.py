@@ -16,7 +16,7 @@ from collections.abc import Generator, Iterator
 from functools import cache
 from importlib import import_module
 from pkgutil import walk_packages
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import sweep  # isort: skip (closes the folder of kernels)
 import pytest
@@ -32,6 +32,9 @@ from sweep.store import provenance
 from sweep.trial.simulation import run
 from sweep.workers import flying
 from tests.builders import every_metric, job
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
 
 settings.register_profile("kernels", deadline=None, derandomize=True)
 settings.load_profile("kernels")
@@ -129,6 +132,15 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
         if its_own >= LISTED_SECONDS:
             count = COMPILED.kernels[place]
             terminalreporter.line(f"{its_own:6.1f} s {count:4} {place}")
+
+
+@pytest.fixture(scope="session")
+def browser() -> "Iterator[Browser]":
+    """One browser for all tests of a worker: playwright runs once in a thread."""
+    from tests.web.chromium import running_browser  # only pages need playwright
+
+    with running_browser() as browser:
+        yield browser
 
 
 @pytest.fixture(scope="session", autouse=True)

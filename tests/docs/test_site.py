@@ -6,9 +6,9 @@ from pathlib import Path
 from urllib.parse import quote, unquote, urlsplit
 
 import pytest
+from playwright.sync_api import Browser
 
 from docs.building.site import build
-from tests.web.chromium import running_browser
 
 LOADED = {"script": "src", "img": "src", "iframe": "src", "source": "src"}
 """What a browser loads, and the attribute that says from where; besides links that
@@ -169,22 +169,20 @@ def test_the_gallery_shows_figures_with_commands_and_verdicts(site: Path) -> Non
 
 @pytest.mark.slow
 def test_the_search_finds_the_words_of_researchers_on_the_right_pages(
-    site: Path,
+    site: Path, browser: Browser
 ) -> None:
     wrong = []
-    with running_browser() as browser:
-        page = browser.new_page()
-        for name, words in SEARCHED.items():
-            for word in words:
-                page.goto(f"{(site / 'search.html').as_uri()}?q={quote(word)}")
-                page.wait_for_function(FINISHED)
-                links = page.eval_on_selector_all(
-                    RESULTS, "all => all.map(a => a.href)"
-                )
-                found = dict.fromkeys(
-                    Path(urlsplit(link).path).relative_to(site).with_suffix("")
-                    for link in links
-                )
-                if Path(name) not in list(found)[:FIRST]:
-                    wrong.append(f"{word}: {', '.join(map(str, list(found)[:FIRST]))}")
+    page = browser.new_page()
+    for name, words in SEARCHED.items():
+        for word in words:
+            page.goto(f"{(site / 'search.html').as_uri()}?q={quote(word)}")
+            page.wait_for_function(FINISHED)
+            links = page.eval_on_selector_all(RESULTS, "all => all.map(a => a.href)")
+            found = dict.fromkeys(
+                Path(urlsplit(link).path).relative_to(site).with_suffix("")
+                for link in links
+            )
+            if Path(name) not in list(found)[:FIRST]:
+                wrong.append(f"{word}: {', '.join(map(str, list(found)[:FIRST]))}")
+    page.close()
     assert wrong == []

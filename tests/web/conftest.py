@@ -1,5 +1,5 @@
-"""One browser and one server for all tests of the page in a worker; a page, and a
-session of its own, for each test.
+"""One server for all tests of the page in a worker; a page, and a session of its own,
+for each test.
 """
 
 from collections.abc import Callable, Iterator
@@ -9,13 +9,7 @@ import pytest
 from playwright.sync_api import Browser, Page
 
 from sweep.web.server import PageServer
-from tests.web.chromium import Opened, running_browser, running_server
-
-
-@pytest.fixture(scope="session")
-def browser() -> Iterator[Browser]:
-    with running_browser() as browser:
-        yield browser
+from tests.web.chromium import Opened, running_server
 
 
 @pytest.fixture(scope="session")
