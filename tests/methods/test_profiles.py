@@ -540,6 +540,29 @@ def test_a_mean_over_events_is_that_of_individuals_of_one_name(tmp_path: Path) -
     assert ticks == ["ada", "bea", "cleo", r"\$x\$"]
 
 
+def test_marks_of_individuals_have_the_names_of_the_measured_kind(
+    tmp_path: Path,
+) -> None:
+    """The sheep come after the dog among all individuals."""
+    kinds = {"rex": "dog", "$a$": "sheep", "b": "sheep"}
+    rows = [
+        (name, frame, frame + math.sin(frame), place, kind)
+        for place, (name, kind) in enumerate(kinds.items())
+        for frame in range(40)
+    ]
+    written(tmp_path, rows, "id,t,x,y,kind")
+    recording = {"files": ["tracks.csv"], "time_step": 1, "columns": {"kind": "kind"}}
+    record = {"profiles": ["directional_delay_of_sheep"]}
+    launched(tmp_path, {"study": "lab/f", "recording": recording, "record": record})
+    marks = KINDS["profiles"].marks
+    assert marks
+    shown = marks(load("lab/f", tmp_path / "results"), Choices())
+    (panel,) = shown.panels
+    assert shown.form == "points"
+    assert panel.x.names == ("$a$", "b")
+    assert panel.marks["x"].tolist() == [0, 1]
+
+
 def test_a_profile_that_no_individual_has_is_shown_without_values(
     tmp_path: Path,
 ) -> None:

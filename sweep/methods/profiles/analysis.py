@@ -63,7 +63,7 @@ class MeanProfile:
         None for a profile without. If some trials have no zero, the zero is that of the
         mean profile, without an interval.
     zeros : array of float, shape (trials,)
-        First position with the value 0 in each trial; NaN for none.
+        First position with the value 0 in each trial, in `axis_unit`; NaN for none.
     """
 
     name: str
@@ -100,7 +100,8 @@ class SizeExponent:
     settings : dict
         Values of the parameters that vary, except the size.
     sides : list of float
-        Sides of the worlds, the smallest first.
+        Sides of the worlds, the smallest first; the roots of the areas, in the model's
+        unit of length.
     exponent : Interval
         Slope of the logarithm of the zero over the logarithm of the side; NaN if a
         trial has no zero.
@@ -342,8 +343,9 @@ def _mean_profile(
         slopes = [_exponent(at[inside], row, profile.exponent) for row in used]
         exponent = mean_interval(slopes)
     zero = None
-    zeros = np.array([_zero(at[inside], row) for row in used])
+    zeros = np.full(len(used), np.nan)
     if profile.zero:
+        zeros = np.array([_zero(at[inside], row) for row in used])
         zero = mean_interval(zeros)
         if not np.isfinite(zeros).all():  # those that have a zero are a selection
             of_mean = _zero(at[inside], value[inside])

@@ -253,10 +253,13 @@ def marks(study: StoredStudy, _choices: Choices) -> FigureMarks:
 def _panel(lines: Sequence[MeanProfile], colours: Mapping[str, int]) -> MarkedPanel:
     first = lines[0]
     is_logarithmic = _is_logarithmic(lines)
+    # Lines of a recording may have different individuals.
+    names = tuple(dict.fromkeys(name for line in lines for name in line.individuals))
+    places = {name: place for place, name in enumerate(names)}
     rows = [
         pd.DataFrame(
             {
-                "x": line.at,
+                "x": [places[name] for name in line.individuals] if names else line.at,
                 "y": line.value,
                 "low": line.low,
                 "high": line.high,
@@ -273,7 +276,7 @@ def _panel(lines: Sequence[MeanProfile], colours: Mapping[str, int]) -> MarkedPa
             first.axis,
             with_unit(first.axis, first.axis_unit),
             is_logarithmic,
-            names=tuple(map(as_text, first.individuals)),
+            names=names,
         ),
         MarkedAxis(
             first.name,
