@@ -11,6 +11,7 @@ from sweep.analysis import CHANCE, CONFIDENCE, MeanKind
 from sweep.errors import ChoiceError
 from sweep.method import methods
 from sweep.methods.adaptive import stopping
+from sweep.methods.calibration import Posterior, posterior
 from sweep.methods.power import NOTHING, needed_replicates
 from sweep.methods.refinement import Boundary, find_boundary
 from sweep.methods.robustness import Validity, check_conclusions
@@ -63,6 +64,24 @@ class LoadedStudy(StoredStudy):
         1          1    0.56      0.52           4
         """
         return Findings(self, read_asked(self))
+
+    def posterior(self) -> Posterior:
+        """Return the posterior of the parameters that data support.
+
+        Raises
+        ------
+        ChoiceError
+            The spec has no `calibrate`, or `where` has restricted the study.
+        StoreError
+            No simulation has all summaries yet.
+
+        Examples
+        --------
+        >>> fit = sweep.load("my/fit").posterior()
+        >>> fit.parameters[["parameter", "mean", "low", "high"]]
+        >>> fit.draws.to_parquet("posterior.parquet")
+        """
+        return posterior(self)
 
     def table(
         self,

@@ -22,6 +22,7 @@ from kernels.model import Model
 from kernels.settings import COMMON, UPDATE, About
 from sweep.design import Design
 from sweep.errors import ChoiceError, CodeError, StoreError
+from sweep.method import methods
 from sweep.published import bibliography_of
 from sweep.sharing.citing import behind, program
 from sweep.spec import (
@@ -222,7 +223,7 @@ def of_stored(study: StoredStudy) -> StudyFacts:
         else f"made from the seed {', '.join(map(str, listed))}",
         streams=dict(words),
         spec=study.spec,
-        searches=study.store.read_asked() is not None,
+        searches=any(method.directions(study) for method in methods().values()),
         continued=chained.get("axis", ""),
         directions=chained.get("directions", ()),
         code=code,

@@ -106,6 +106,7 @@ from .samplers import made_for as made_for
 from .sampling import Analyses as Analyses
 from .sampling import Sampler as Sampler
 from .sampling import UnitCube as UnitCube
+from .sampling import generator as generator
 from .schema import json_schema as json_schema
 from .schema_parts import Schema as Schema
 from .schema_parts import choices as choices

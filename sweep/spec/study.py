@@ -272,8 +272,22 @@ class Streams:
     `steps`.
     """
 
-    start: Annotated[Stream, Key(STREAM, "initial positions and velocities")] = "common"
-    world: Annotated[Stream, Key(STREAM, "random obstacles")] = "common"
+    start: Annotated[
+        Stream,
+        Key(
+            STREAM,
+            "initial positions and velocities",
+            otherwise="common, or independent in a calibration",
+        ),
+    ] = "common"
+    world: Annotated[
+        Stream,
+        Key(
+            STREAM,
+            "random obstacles",
+            otherwise="common, or independent in a calibration",
+        ),
+    ] = "common"
     noise: Annotated[
         Stream,
         Key(

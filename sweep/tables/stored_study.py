@@ -357,7 +357,7 @@ class StoredStudy(Results):
     def asked(self) -> pa.Table | None:
         """The stored requests of a search at the time of the first access.
 
-        None if the study is no search.
+        A calibration has requests too. None if a spec lists all trials.
 
         Examples
         --------

@@ -26,7 +26,14 @@ from sweep.analysis import Declared
 from sweep.errors import ChoiceError, StoreError, UserError
 from sweep.methods.search.objectives import Objective
 from sweep.methods.search.statistics import STATISTICS
-from sweep.spec import DISTRIBUTIONS, PLAN, Study, columns_of, parse_document
+from sweep.spec import (
+    DISTRIBUTIONS,
+    PLAN,
+    Study,
+    columns_of,
+    parse_document,
+    sections,
+)
 from sweep.store import SEARCH_AGAIN, Location, Store, metadata, plan_provenance
 from sweep.tables import StoredStudy
 
@@ -79,6 +86,20 @@ class AskedTrials:
     distributions: Mapping[str, Declared]
 
 
+def requests_of_search(study: StoredStudy) -> pa.Table | None:
+    """Return the table of a search; None if the study is not a search.
+
+    A table that the strategy of another section has written has the key of the section
+    in its metadata.
+    """
+    requests = study.asked
+    if requests is None:
+        return None
+    keys = {key.decode(errors="replace") for key in requests.schema.metadata or {}}
+    others = sections().keys() - {ABOUT.decode()}
+    return None if keys & others else requests
+
+
 def stored_repetitions(study: Study, results: Location) -> int:
     """Return the number of repetitions of a stored search with an identical spec.
 
@@ -111,7 +132,7 @@ def read_asked(study: StoredStudy) -> AskedTrials:
     Raises ChoiceError if the study is not a search, or if `where` has restricted the
     study. Raises StoreError for a statistic or a distribution that is not known here.
     """
-    search_table = study.store.read_asked()
+    search_table = requests_of_search(study)
     if search_table is None:
         raise ChoiceError("not a search", study.name)
     if study.restricted:
@@ -140,9 +161,10 @@ def asked_objectives(study: StoredStudy) -> list[Objective]:
     The list is empty if the study is not a search. Raises StoreError for a statistic
     that is not known here.
     """
-    if study.asked is None:
+    requests = requests_of_search(study)
+    if requests is None:
         return []
-    description = _description(study.store, study.asked)
+    description = _description(study.store, requests)
     _check_known(study.store.folder / PLAN, description)
     return [Objective.from_json(objective) for objective in description["objectives"]]
 

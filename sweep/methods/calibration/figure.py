@@ -1,0 +1,135 @@
+"""The posterior of a calibrated study: each parameter, and each pair of parameters."""
+
+from functools import partial
+from importlib.util import find_spec
+
+import numpy as np
+from matplotlib import style
+from matplotlib.figure import Figure
+
+from sweep.errors import ChoiceError
+from sweep.figures import (
+    BLUE,
+    STYLE,
+    Choices,
+    FigureKind,
+    Planned,
+    note,
+    quantity,
+)
+from sweep.methods.calibration.analysis import Posterior, posterior
+from sweep.tables import StoredStudy
+from sweep.text import installing, so_many
+
+EXTRA = "calibrate"
+SIDE = 1.6
+"""Width and height of a panel, in inches."""
+MARGIN = 1.0
+"""Width and height of the margins together, in inches."""
+BINS = 20
+ENDS = (0.025, 0.5, 0.975)
+
+
+def posterior_figure(study: StoredStudy) -> Figure:
+    """Plot the posterior of the parameters of a calibrated study.
+
+    The diagonal has the distribution of each parameter, with the median and the 95 %
+    credible interval as lines. Below are pairs of parameters. The axes span the draws
+    from the prior, and draws count by their weights. Needs the package corner.
+
+    Raises
+    ------
+    ChoiceError
+        The spec has no `calibrate`, no parameter has numbers, or corner is not
+        installed.
+
+    Examples
+    --------
+    >>> study = sweep.load("my/fit")
+    >>> posterior_figure(study).savefig("posterior.pdf")
+    """
+    _check(study)
+    return draw_posterior(study, posterior(study))
+
+
+def _check(study: StoredStudy) -> None:
+    if find_spec("corner") is None:
+        raise ChoiceError(
+            f"the figure needs the package corner: {installing(EXTRA)}",
+            study.name,
+            "posterior",
+        )
+
+
+def draw_posterior(study: StoredStudy, found: Posterior) -> Figure:
+    """Draw the figure of a posterior. Raises ChoiceError if no parameter has numbers.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    found : Posterior
+    """
+    import corner
+
+    if found.parameters.empty:
+        raise ChoiceError(
+            "no parameter of the calibration has numbers", study.name, "posterior"
+        )
+    names = found.parameters["parameter"].tolist()
+    inches = SIDE * len(names) + MARGIN
+    with style.context(STYLE):
+        figure = Figure(figsize=(inches, inches), layout="none")
+        corner.corner(
+            found.draws[names].to_numpy(np.float64),
+            bins=BINS,
+            range=_ranges(found),
+            weights=found.draws["weight"].to_numpy(),
+            color=BLUE,
+            labels=[quantity(study, name) for name in names],
+            quantiles=ENDS,
+            plot_contours=False,
+            plot_density=False,
+            no_fill_contours=True,
+            data_kwargs={"alpha": 0.3, "ms": 2},
+            fig=figure,
+        )
+        left = 0.7 * MARGIN / inches
+        figure.subplots_adjust(
+            left=left, bottom=left + 0.3 / inches, right=0.98, top=0.98
+        )
+        note(figure, _note(found))
+    return figure
+
+
+def _ranges(found: Posterior) -> list[tuple[float, float]]:
+    """Return the ends of each axis: 95 % of the prior, and all kept draws."""
+    ranges = []
+    for row in found.parameters.to_dict("records"):
+        values = found.draws[row["parameter"]]
+        low = min(float(values.min()), row["prior_low"])
+        high = max(float(values.max()), row["prior_high"])
+        ranges.append((low, high if high > low else low + 1.0))
+    return ranges
+
+
+def _note(found: Posterior) -> str:
+    checked = "not checked" if found.checks.empty else "checked"
+    return (
+        f"{found.study} given {found.rule.to}:"
+        f" {so_many(len(found.draws), 'simulation')} of {found.simulations:,}, as good"
+        f" as {found.effective:,.0f} draws; median and 95 % credible interval; {checked}"
+    )
+
+
+def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
+    """Return a figure. Raises ChoiceError as `posterior_figure`, and for metrics."""
+    _check(study)
+    found = posterior(study)
+    if choices.metrics:
+        raise ChoiceError(
+            "shows parameters, and takes no metric", study.name, "posterior"
+        )
+    return [Planned("", partial(draw_posterior, study, found))]
+
+
+KIND = FigureKind("the posterior of a calibrated study, by parameter", (), plan)

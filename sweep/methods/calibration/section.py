@@ -1,0 +1,315 @@
+"""The section `calibrate` of a spec: parameters that reproduce data.
+
+All functions raise SpecError, with file and line, for values that are not allowed.
+"""
+
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from sweep.methods.calibration.rule import (
+    DEVIATION,
+    STATISTICS,
+    Calibration,
+    Prior,
+    Summary,
+)
+from sweep.spec import (
+    ANY_METRIC,
+    DISTRIBUTIONS,
+    SAMPLERS,
+    Axis,
+    Entry,
+    Key,
+    LaterSectionOf,
+    Mistakes,
+    Number,
+    ReadLater,
+    Schema,
+    SpecContext,
+    SpecSection,
+    Study,
+    Text,
+    Truth,
+    Whole,
+    check_keys,
+    check_recorded,
+    named,
+    read_values,
+    reference,
+)
+from sweep.store import Location
+from sweep.text import unknown
+
+LEAST_POPULATION = 50
+MOST_POPULATION = 100_000
+MOST_GENERATIONS = 50
+MOST_CHECKS = 1000
+PURPOSES = ("start", "world", "noise")
+
+
+def _summaries_schema() -> Schema:
+    """Return the schema of columns with statistics, or of a list of columns."""
+    share = {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1}
+    statistic: Schema = {"anyOf": [{"enum": list(STATISTICS)}, share]}
+    several: Schema = {"type": "array", "items": statistic, "minItems": 1}
+    of_column: Schema = {"anyOf": [statistic, several]}
+    columns: Schema = {"type": "array", "items": reference("column"), "minItems": 1}
+    return {"anyOf": [columns, named(of_column, reference("column"))]}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Calibrate:
+    """The keys of the section, from which `read_calibrate` makes a `Calibration`."""
+
+    to: Annotated[
+        str,
+        Key(
+            Text("a stored study, or trials of the study"),
+            "the data: a stored recording or study, `STUDY` or"
+            " `STUDY:parameter=value,...`",
+            example="sheep/drives",
+        ),
+    ]
+    summaries: Annotated[
+        tuple[Summary, ...],
+        Key(
+            ReadLater(
+                "recorded columns, each with mean, sd, a probability, or a list of these",
+                _summaries_schema,
+            ),
+            "what data and simulations are compared by: statistics of recorded metrics"
+            " over trials; a list of metrics means `mean`; a probability is a quantile",
+            example=f"{{{ANY_METRIC}: [mean, sd]}}",
+        ),
+    ]
+    population: Annotated[
+        int,
+        Key(
+            Whole(LEAST_POPULATION, MOST_POPULATION),
+            "number of nearest simulations to keep, and of proposals per generation",
+            example="1000",
+        ),
+    ] = 500
+    generations: Annotated[
+        int,
+        Key(
+            Whole(0, MOST_GENERATIONS),
+            "most generations after the draws from the prior",
+            example="12",
+        ),
+    ] = 8
+    acceptance: Annotated[
+        float,
+        Key(
+            Number(least=0, below=1),
+            "fraction of accepted proposals below which the calibration ends",
+            example="0.02",
+        ),
+    ] = 0.05
+    checks: Annotated[
+        int,
+        Key(
+            Whole(0, MOST_CHECKS),
+            "number of synthetic data sets for simulation-based calibration",
+            example="100",
+        ),
+    ] = 0
+    learnt: Annotated[
+        bool,
+        Key(
+            Truth(),
+            "whether a regression on the draws from the prior turns the summaries into"
+            " estimates of the parameters",
+            example="true",
+        ),
+    ] = False
+
+
+KEY = Key(
+    LaterSectionOf(Calibrate),
+    "the parameters of the sampled axis are estimated from data",
+    name="calibrate",
+    otherwise="no calibration",
+)
+
+
+def read_calibrate(root: Entry, context: SpecContext) -> Calibration | None:
+    """Return the rule that the section writes; None if another key is wrong."""
+    entry = root.child(KEY.name)
+    mistakes = Mistakes()
+    entry.mapping()
+    with mistakes.noted():
+        check_keys(entry, Calibrate)
+    values = read_values(Calibrate, entry, mistakes)
+    summaries = mistakes.read(_summaries, entry.get("summaries"), context) or ()
+    if context.replication:
+        mistakes.read(_check_trials, root, summaries, context)
+    axis = None
+    if context.axes is not None:
+        axis = mistakes.read(_axis, root, context)
+    if axis and "population" in values:
+        mistakes.read(_check_draws, root, axis, values["population"])
+    mistakes.read(_check_streams, root)
+    mistakes.check()
+    if axis is None or context.replication is None:
+        return None
+    replicates = context.replication.replicates
+    assert replicates
+    values |= {"summaries": summaries}
+    written = root.child("sweep").child(axis.name)
+    return Calibration(
+        **values,
+        priors=_priors(written, axis),
+        axis=axis.name,
+        sampler=axis.sampler or "random",
+        draws=written.value["points"],
+        replicates=replicates,
+    )
+
+
+def _summaries(entry: Entry | None, context: SpecContext) -> tuple[Summary, ...]:
+    """Return the summaries, and raise SpecError for columns that are not recorded."""
+    if entry is None:
+        return ()
+    summaries = list[Summary]()
+    mistakes = Mistakes()
+    metrics = context.known.known.metrics
+    if isinstance(entry.value, dict):
+        for column, child in entry.mapping():
+            with mistakes.noted():
+                check_recorded(child, column, context.recorded, metrics)
+            for statistic in _statistics(child, mistakes):
+                summaries.append(Summary(column, statistic))
+    else:
+        for child in entry.entries():
+            with mistakes.noted():
+                check_recorded(child, child.text(), context.recorded, metrics)
+                summaries.append(Summary(child.text(), STATISTICS[0]))
+    if len(summaries) > len(set(summaries)):
+        with mistakes.noted():
+            raise entry.error("summaries has a statistic twice")
+    mistakes.check()
+    return tuple(summaries)
+
+
+def _statistics(entry: Entry, mistakes: Mistakes) -> list[str | float]:
+    """Return the statistics of a column, and note mistakes."""
+    every = entry.entries() if isinstance(entry.value, list) else [entry]
+    read = list[str | float]()
+    for each in every:
+        with mistakes.noted():
+            read.append(_statistic(each))
+    return read
+
+
+def _statistic(entry: Entry) -> str | float:
+    if isinstance(entry.value, str):
+        return entry.one_of("statistic", STATISTICS)
+    if isinstance(entry.value, bool) or not isinstance(entry.value, int | float):
+        raise entry.expected("mean, sd, or a probability above 0 and below 1")
+    if not 0 < entry.value < 1:
+        raise entry.expected("a probability above 0 and below 1")
+    return float(entry.value)
+
+
+def _check_trials(
+    root: Entry, summaries: tuple[Summary, ...], context: SpecContext
+) -> None:
+    """Raise SpecError unless a simulation has enough trials for each summary."""
+    assert context.replication
+    replicates = context.replication.replicates
+    if replicates is None or root.get("replicates") is None:
+        raise root.child(KEY.name).error(
+            'needs "replicates": the number of trials of a simulation'
+        )
+    single = [each for each in summaries if each.statistic != STATISTICS[0]]
+    if single and replicates == 1:
+        raise root.child("replicates").error(
+            f"the {single[0].words} needs at least 2 trials of a simulation, as many as"
+            " the data have"
+        )
+
+
+def _axis(root: Entry, context: SpecContext) -> Axis:
+    """Return the only axis of the spec, whose distributions are the prior."""
+    axes = context.axes or ()
+    entry = root.child(KEY.name)
+    if len(axes) != 1 or not isinstance(root.child("sweep").value, dict):
+        raise entry.error(
+            f'"sweep" needs exactly one axis, whose distributions are the prior; it has'
+            f" {len(axes)}"
+        )
+    (axis,) = axes
+    written = root.child("sweep").child(axis.name)
+    if axis.when or axis.continued:
+        key = "when" if axis.when else "continue"
+        raise written.child(key).error(f'the axis of a prior takes no "{key}"')
+    drawn = axis.name in context.settings
+    usable = [name for name, each in SAMPLERS.items() if each.blocks is None]
+    if axis.sampler not in usable and not (drawn and axis.sampler):
+        raise written.error(
+            f'"{axis.name}" is no prior: write {{sample: random, points: 2000, ...}}'
+            f" with a distribution per parameter; samplers: {', '.join(usable)}"
+        )
+    return axis
+
+
+def _check_draws(root: Entry, axis: Axis, population: int) -> None:
+    """Raise SpecError for fewer draws from the prior than simulations to keep."""
+    points = root.child("sweep").child(axis.name).child("points")
+    draws = points.value
+    if isinstance(draws, int) and draws < population:
+        raise points.error(
+            f"the prior needs at least as many points as the {population:,} simulations"
+            f' of "population", not {draws:,}'
+        )
+
+
+def _check_streams(root: Entry) -> None:
+    """Raise SpecError if simulations would share random numbers."""
+    streams = root.get("streams")
+    mistakes = Mistakes()
+    for purpose, child in streams.mapping() if streams else ():
+        with mistakes.noted():
+            if purpose in PURPOSES and child.value != "independent":
+                raise child.error(
+                    f'"calibrate" needs independent random numbers, so "{purpose}" must'
+                    " be independent, or left out"
+                )
+    mistakes.check()
+
+
+def _priors(written: Entry, axis: Axis) -> dict[str, Prior]:
+    """Return the distributions of an axis, by parameter."""
+    if axis.name in axis.columns:
+        return {axis.name: _prior(written)}
+    return {name: _prior(written.child(name)) for name in axis.columns}
+
+
+def _prior(entry: Entry) -> Prior:
+    form = next(key for key in entry.value if key in DISTRIBUTIONS)
+    return Prior(form, tuple(entry.value[form]))
+
+
+def _strategy(study: Study, rule: Calibration, results: Location | None) -> Any:
+    """Return the strategy of a study. The call imports `sweep.campaigns`."""
+    from sweep.methods.calibration.strategy import CalibrationStrategy
+
+    return CalibrationStrategy(study, rule, results)
+
+
+SECTION = SpecSection(
+    KEY,
+    read=read_calibrate,
+    not_beside={"seeds": "", "order": ""},
+    needs={
+        "required": ["sweep", "replicates"],
+        "properties": {
+            "replicates": {"type": "integer"},
+            "sweep": {"type": "object", "maxProperties": 1},
+        },
+    },
+    strategy=_strategy,
+    # Simulations are independent draws: equal random numbers would tie them together.
+    streams=dict.fromkeys(PURPOSES, "independent"),
+)
