@@ -111,6 +111,17 @@ sweep: {noise: [0.5, 3]}
 replicates: 3
 record: {metrics: [polarization], profiles: [mean_squared_displacement]}
 """
+SPECS["calibrated"] = """\
+study: calibrated
+model: nguyen2024
+fixed: {n: 12, steps: 9}
+sweep:
+  prior: {sample: random, points: 60, separation_weight: {uniform: [0, 2]}}
+replicates: 3
+calibrate: {to: "small:separation_weight=1", summaries: [speed], population: 50,
+  generations: 1}
+record: {metrics: [speed]}
+"""
 SPECS["sized"] = """\
 study: sized
 model: nguyen2024
@@ -149,6 +160,8 @@ def study(name: str) -> StoredStudy:
     if name == "searched":
         asked_by(SEARCHED, _folder, repetitions=2)
         return StoredStudy(name, _folder)
+    if name == "calibrated":
+        study("small")
     if name == "validated":
         for variant in with_variants(parse_spec(SPECS[name]))[1:]:
             launch(variant, _folder, Serial())

@@ -4,7 +4,9 @@ options       options of several reports
 
 adaptive/     points get trials until intervals are narrow
 refinement/   where the mean of a metric crosses a level
+
 search/       candidates are proposed, raced, and judged on new seeds
+calibration/  parameters that data support
 
 hysteresis/   loops between the way up and the way down of chains
 scaling/      the order transition in flocks of several sizes

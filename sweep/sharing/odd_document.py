@@ -22,7 +22,6 @@ from kernels.model import Model
 from kernels.settings import COMMON, UPDATE, About
 from sweep.design import Design
 from sweep.errors import ChoiceError, CodeError, StoreError
-from sweep.method import methods
 from sweep.published import bibliography_of
 from sweep.sharing.citing import behind, program
 from sweep.spec import (
@@ -42,7 +41,7 @@ from sweep.spec import (
     spelled,
 )
 from sweep.store import AT
-from sweep.tables import StoredStudy
+from sweep.tables import StoredStudy, keep_apart
 from sweep.text import description_of, so_many
 
 MOST_VALUES = 8
@@ -223,7 +222,7 @@ def of_stored(study: StoredStudy) -> StudyFacts:
         else f"made from the seed {', '.join(map(str, listed))}",
         streams=dict(words),
         spec=study.spec,
-        searches=any(method.directions(study) for method in methods().values()),
+        searches=keep_apart(study).split is not None,
         continued=chained.get("axis", ""),
         directions=chained.get("directions", ()),
         code=code,

@@ -194,6 +194,26 @@ def test_a_boundary(folder: Path) -> None:
     assert table.startswith("estimate,low,high")
 
 
+def test_a_posterior(folder: Path) -> None:
+    axis = "prior: {sample: random, points: 60, separation_weight: {uniform: [0, 2]}}"
+    spec = SMALL.replace("study: small", "study: fit")
+    spec = spec.replace("separation_weight: [0.5, 1]", axis)
+    rule = (
+        '{to: "small:separation_weight=1", summaries: [speed], population: 50,'
+        " generations: 1, checks: 1}"
+    )
+    (folder / "fit.yaml").write_text(f"{spec}calibrate: {rule}\n")
+    assert sweep(folder, "launch", "fit.yaml").returncode == 0
+    run = sweep(folder, "posterior", "fit", "--json")
+    said = agree(run.stdout, chapters()["sweep posterior --json"])
+    assert said["checked"]
+    text = sweep(folder, "posterior", "fit").stdout
+    assert "(3 trials), checked below" in text
+    table = sweep(folder, "posterior", "fit", "--csv").stdout
+    assert table.startswith("weight,distance,generation,separation_weight")
+    assert table.count("\n") == 51
+
+
 def test_a_loop(folder: Path) -> None:
     axis = "{values: [0.5, 1], continue: both, hold: 9}"
     spec = SMALL.replace("[0.5, 1]", axis).replace("n: 12, steps: 9", "n: 12")

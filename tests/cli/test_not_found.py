@@ -18,6 +18,7 @@ READING: dict[str, tuple[str, ...]] = {
     "plot": ("STUDY",),
     "compare": ("STUDY", "group/small"),
     "columns": ("STUDY",),
+    "posterior": ("STUDY",),
     "profiles": ("STUDY",),
     "power": ("STUDY", "--half-width", "speed=1"),
     "boundary": ("STUDY",),

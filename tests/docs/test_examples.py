@@ -128,6 +128,17 @@ fixed: {n: 20, steps: 20}
 replicates: 2
 record: {metrics: [polarization], profiles: [pair_distribution]}
 """,
+    """\
+study: my/fit
+model: nguyen2024
+fixed: {n: 8, steps: 20}
+sweep:
+  prior: {sample: random, points: 100, separation_weight: {uniform: [0, 2]}}
+replicates: 2
+calibrate: {to: "my/first:separation_weight=1", summaries: [speed], population: 50,
+  generations: 1}
+record: {metrics: [speed]}
+""",
 ]
 """Specs of small studies for the methods of `LoadedStudy`, one for each method."""
 UNSTATED = 'source="not stated"', 'source=""'

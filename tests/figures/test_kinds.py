@@ -110,6 +110,7 @@ SUITING = {
     "validated": ["validity"],
     "sized": ["scaling", "collapse"],
     "profiled": ["profiles"],
+    "calibrated": ["posterior"],
 }
 """Kinds of figures by a study that they suit."""
 
@@ -186,6 +187,7 @@ REPEATED = [
     ("sized", "scaling", {}),
     ("sized", "collapse", {}),
     ("profiled", "profiles", {}),
+    ("calibrated", "posterior", {}),
     ("repeated", "narrowing", {"metrics": ("speed",)}),
 ]
 """Each kind, of a study and with choices that suit it."""

@@ -104,6 +104,9 @@ WORDS_OF_ENTRIES = {
     },
     "mean": {
         "sweep/methods/profiles/report.py",  # of columns, claims, intervals and weights
+        "sweep/methods/calibration/analysis.py",
+        "sweep/methods/calibration/report.py",
+        "sweep/methods/calibration/rule.py",
         "kernels/models/cucker_smale2007.py",
         "sweep/analysis/intervals.py",
         "sweep/analysis/steady.py",
@@ -135,6 +138,10 @@ WORDS_OF_ENTRIES = {
         "sweep/tables/means_text.py",
     },
     "curves": {"sweep/analysis/__init__.py"},  # a name of its face
+    "posterior": {  # a heading, beside the prior
+        "sweep/methods/calibration/analysis.py",
+        "sweep/methods/calibration/report.py",
+    },
     "collapse": {"sweep/methods/scaling/report.py"},  # a key of its JSON
     "front": {
         "sweep/methods/search/report.py",  # a part of the report

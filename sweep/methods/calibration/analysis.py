@@ -1,6 +1,6 @@
 """The posterior of a calibrated study, with the checks that tell what it is worth."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,16 +13,21 @@ from scipy.spatial import cKDTree
 from scipy.stats import binomtest, chisquare
 
 from sweep.errors import ChoiceError, StoreError
-from sweep.methods.calibration.rule import Calibration, from_json, summarised
+from sweep.methods.calibration.rule import (
+    STATISTICS,
+    Calibration,
+    from_json,
+    summarised,
+)
 from sweep.methods.calibration.strategy import ABOUT, DRAW
 from sweep.methods.calibration.targets import (
     DATA,
+    FEWEST,
     PRIOR,
     TRUTH,
     Target,
-    targets_of,
 )
-from sweep.spec import DISTRIBUTIONS, PLAN
+from sweep.spec import DISTRIBUTIONS, PLAN, columns_of
 from sweep.store import metadata
 from sweep.tables import StoredStudy
 
@@ -34,6 +39,8 @@ NEAR = 0.01
 """Fraction of the simulations of the prior that are near a data set."""
 MOST_COMPARED = 2000
 """Most simulations of the prior that are compared with the data."""
+FEWEST_COMPARED = 100
+"""Fewest simulations of the prior from which the fit is judged."""
 FEWEST_CHECKS = 10
 """Fewest synthetic data sets from which the uniformity of ranks is tested."""
 PER_BIN = 5
@@ -80,7 +87,8 @@ class Posterior:
     simulations : int
         Number of simulations for the data, draws from the prior included.
     tolerance : float
-        Largest distance of a kept simulation, in spreads of the prior.
+        Largest distance of a kept simulation, in spreads of the prior. With summaries
+        that are learnt, in fractions of the prior.
     effective : float
         Effective number of kept draws.
     draws : DataFrame
@@ -139,10 +147,53 @@ def is_calibrated(study: StoredStudy) -> bool:
 
 def is_finished(study: StoredStudy) -> bool:
     """Return whether no generation follows in a calibrated study."""
+    return bool(described(study)["finished"])
+
+
+def described(study: StoredStudy) -> dict[str, Any]:
+    """Return the description of a calibrated study.
+
+    Raises StoreError if no launch writes such a description.
+    """
     assert study.asked is not None
     file = study.store.folder / PLAN
-    described = metadata(study.asked.schema, ABOUT, SHAPE, file, remedy=AGAIN)
-    return bool(described["finished"])
+    description = metadata(study.asked.schema, ABOUT, SHAPE, file, remedy=AGAIN)
+    try:
+        check_description(description, columns_of(study.about.record))
+    except (TypeError, ValueError) as error:
+        raise StoreError(f"{file}: {error}; {AGAIN}") from error
+    return description
+
+
+def check_description(description: Mapping[str, Any], columns: Sequence[str]) -> None:
+    """Raise ValueError or TypeError for a description that no launch writes.
+
+    Parameters
+    ----------
+    description : mapping
+        Description of a calibration, with a checked shape.
+    columns : sequence of str
+        Recorded columns.
+    """
+    rule = from_json(description["rule"])
+    numbers = (rule.draws, rule.population, rule.replicates)
+    if min(numbers) < 1 or min(rule.generations, rule.checks) < 0:
+        raise ValueError("the numbers of the calibration are not allowed")
+    for summary in rule.summaries:
+        if summary.column not in columns:
+            raise ValueError(f"the summary {summary.column} is not recorded")
+        statistic = summary.statistic
+        if statistic not in STATISTICS and not 0.0 < float(statistic) < 1.0:
+            raise ValueError(f"there is no statistic {statistic}")
+    for name, prior in rule.priors.items():
+        if prior.form not in DISTRIBUTIONS:
+            raise ValueError(f"{name} has no distribution {prior.form}")
+    fractions = [fraction for each in description["allowed"] for fraction in each]
+    if not all(0.0 < fraction <= 1.0 for fraction in fractions):
+        raise ValueError("the fractions of the calibration are not allowed")
+    lengths = len(description["allowed"]), len(description["data"])
+    if lengths != (rule.checks + 1, len(rule.summaries)) or not rule.priors:
+        raise ValueError("the calibration is not complete")
 
 
 def posterior(study: StoredStudy, *, checked: bool = True) -> Posterior:
@@ -170,13 +221,13 @@ def posterior(study: StoredStudy, *, checked: bool = True) -> Posterior:
     if study.restricted:
         raise ChoiceError("a calibration cannot be restricted by where", study.name)
     simulated = _Simulated(study, checked=checked)
-    targets = simulated.targets()
-    if not targets or targets[0].number != DATA or not len(targets[0].population.kept):
+    targets = {target.number: target for target in simulated.targets()}
+    target = targets.pop(DATA, None)
+    if target is None or not len(target.population.nearest):
         raise StoreError(
             "no simulation has all summaries yet; launch the study", study.name
         )
-    target = targets[0]
-    ranks = simulated.ranks(targets[1:])
+    ranks = simulated.ranks([*targets.values()])
     return Posterior(
         study=study.name,
         rule=simulated.rule,
@@ -201,20 +252,12 @@ class _Simulated:
     """The simulations of a stored calibration, in the order of the requests."""
 
     def __init__(self, study: StoredStudy, *, checked: bool) -> None:
-        file = study.store.folder / PLAN
         table = study.asked
         assert table is not None
         self.study = study
-        self.description = metadata(table.schema, ABOUT, SHAPE, file, remedy=AGAIN)
-        try:
-            self.rule = from_json(self.description["rule"])
-        except (TypeError, ValueError, KeyError) as error:
-            raise StoreError(f"{file}: the calibration is not valid; {AGAIN}") from error
-        rule = self.rule
-        columns = ["data_set", "generation", *(f"{DRAW}{name}" for name in rule.priors)]
-        lacking = {*columns, "trial_id"} - {*table.column_names}
-        if lacking or len(table) % rule.replicates:
-            raise StoreError(f"{file}: the simulations are not complete; {AGAIN}")
+        self.description = described(study)
+        self.rule = rule = from_json(self.description["rule"])
+        self._check(table)
         if not checked:
             table = table.filter(pc.equal(table["data_set"], DATA))
         first = slice(None, None, rule.replicates)
@@ -222,60 +265,117 @@ class _Simulated:
         self.generation = table["generation"].to_numpy()[first]
         drawn = [table[f"{DRAW}{name}"].to_numpy()[first] for name in rule.priors]
         self.draws: Floats = np.stack(drawn, axis=1)
-        self.values, self.parameters = self._trials(table, first)
-        self.summaries = summarised(rule.summaries, self.values)
-
-    def _trials(
-        self, table: pa.Table, first: slice
-    ) -> tuple[dict[str, Floats], pd.DataFrame]:
-        """Return the values of the columns, and the parameters of each simulation."""
-        rule = self.rule
         ids = table["trial_id"].combine_chunks()
+        values = self._values(ids)
+        self.summaries = summarised(rule.summaries, values)
+        plan = study.plan.select(["trial_id", *rule.priors]).to_pandas()
+        points = plan.set_index("trial_id").loc[ids.to_pylist()[first]]
+        self.parameters: pd.DataFrame = points.reset_index(drop=True)
+
+    def _check(self, table: pa.Table) -> None:
+        """Raise StoreError unless the table has whole simulations of trials."""
+        rule = self.rule
+        kinds = {"data_set": pa.int64(), "generation": pa.int64()}
+        kinds |= {f"{DRAW}{name}": pa.float64() for name in rule.priors}
+        kinds["trial_id"] = pa.string()
+        fits = len(table) > 0 and not len(table) % rule.replicates
+        for name, kind in kinds.items():
+            fits = fits and name in table.column_names
+            fits = fits and table.schema.field(name).type == kind
+            fits = fits and not table[name].null_count
+        if fits:
+            ids = table["trial_id"]
+            fits = len(pc.unique(ids)) == len(ids)
+            numbers = table["data_set"].to_numpy()
+            fits = fits and 0 <= numbers.min() <= numbers.max() <= rule.checks
+            fits = fits and {*rule.priors} <= {*self.study.plan.column_names}
+            draws = [table[f"{DRAW}{name}"].to_numpy() for name in rule.priors]
+            fits = fits and all(
+                ((drawn >= 0.0) & (drawn < 1.0)).all() for drawn in draws
+            )
+        if not fits:
+            file = self.study.store.folder / PLAN
+            raise StoreError(f"{file}: the simulations are not complete; {AGAIN}")
+
+    def _values(self, ids: pa.Array) -> dict[str, Floats]:
+        """Return the values of the columns, shape (simulations, trials)."""
+        rule = self.rule
         stored = self.study.read("trials", ids).to_pandas()
         known = stored.set_index("trial_id").reindex(columns=[*rule.columns, "status"])
-        rows = known.reindex(table["trial_id"].to_pylist())
-        self.missing = int(rows["status"].isna().sum())
-        shape = len(table) // rule.replicates, rule.replicates
-        values = {
+        rows = known.reindex(ids.to_pylist())
+        shape = len(ids) // rule.replicates, rule.replicates
+        missing = rows["status"].isna().to_numpy()
+        self.missing = int(missing.sum())
+        self.stored = ~missing.reshape(shape).any(axis=1)
+        return {
             name: rows[name].to_numpy(np.float64, na_value=np.nan).reshape(shape)
             for name in rule.columns
         }
-        plan = self.study.plan.select(["trial_id", *rule.priors]).to_pandas()
-        points = plan.set_index("trial_id").loc[table["trial_id"].to_pylist()[first]]
-        return values, points.reset_index(drop=True)
+
+    def rows(self, number: int, generation: int) -> NDArray[np.bool_]:
+        """Return which simulations belong to a generation of a data set.
+
+        Parameters
+        ----------
+        number : int
+            Number of the data set.
+        generation : int
+
+        Returns
+        -------
+        array of bool, shape (simulations,)
+        """
+        rows: NDArray[np.bool_] = self.number == number
+        return rows & (self.generation == generation)
 
     def targets(self) -> list[Target]:
-        """Return the data and the synthetic data sets, with all generations."""
-        prior = (self.number == DATA) & (self.generation == PRIOR)
-        truths = np.flatnonzero(self.generation == TRUTH)
-        synthetic = [self.summaries[place] for place in truths]
+        """Return the data and the synthetic data sets with their whole generations.
+
+        A generation that still runs does not count: its weights would count simulations
+        without a distance.
+        """
         data = np.array(self.description["data"], np.float64)
-        if not np.isfinite(self.summaries[prior]).all(axis=1).any():
-            return []
-        targets = targets_of(
-            self.rule, data, self.draws[prior], self.summaries[prior], synthetic
-        )
-        for target in targets:
-            allowed = self.description["allowed"][target.number]
-            for generation, fraction in enumerate(allowed, start=1):
-                rows = (self.number == target.number) & (self.generation == generation)
-                target.add(self.draws[rows], self.summaries[rows], fraction)
+        targets = list[Target]()
+        for number in np.unique(self.number).tolist():
+            if number != DATA:
+                truth = self.rows(number, TRUTH)
+                if truth.sum() != 1 or not self.stored[truth].all():
+                    continue
+                (data,) = self.summaries[truth]
+            prior = self.rows(number, PRIOR)
+            complete = prior.any() and self.stored[prior].all()
+            if not complete or not np.isfinite(data).all():
+                continue
+            target = Target(number, data, self.rule)
+            target.begin(self.draws[prior], self.summaries[prior])
+            self._continue(target)
+            targets.append(target)
         return targets
+
+    def _continue(self, target: Target) -> None:
+        """Add the whole generations of a data set after the prior."""
+        allowed = self.description["allowed"][target.number]
+        for generation, fraction in enumerate(allowed, start=1):
+            rows = self.rows(target.number, generation)
+            some = len(target.population.nearest) >= FEWEST
+            if not some or not rows.any() or not self.stored[rows].all():
+                return
+            target.add(self.draws[rows], self.summaries[rows], fraction)
 
     def _places(self, target: Target) -> NDArray[np.intp]:
         """Return the simulations of a data set, in the order of its population."""
-        prior = (self.number == DATA) & (self.generation == PRIOR)
-        later = (self.number == target.number) & (self.generation > PRIOR)
-        return np.concatenate([np.flatnonzero(prior), np.flatnonzero(later)])
+        generations = range(len(target.population.generations))
+        rows = [self.rows(target.number, generation) for generation in generations]
+        return np.concatenate([np.flatnonzero(some) for some in rows])
 
     def kept(self, target: Target) -> pd.DataFrame:
         """Return the kept simulations of a data set, the nearest first."""
         population = target.population
-        places = self._places(target)[population.kept]
+        places = self._places(target)[population.nearest]
         table = pd.DataFrame(
             {
                 "weight": population.weights,
-                "distance": population.distances[population.kept],
+                "distance": population.distances[population.nearest],
                 "generation": self.generation[places],
             }
         )
@@ -290,19 +390,21 @@ class _Simulated:
 
     def estimates(self, target: Target) -> pd.DataFrame:
         """Return estimates of the parameters with numbers."""
-        kept = self.kept(target)
+        table = self.kept(target)
         weights = target.population.weights
-        prior = (self.number == DATA) & (self.generation == PRIOR)
+        prior = self.rows(DATA, PRIOR)
         rows = []
         for name in self.rule.priors:
-            values = kept[name]
+            values = table[name]
             if not _is_number(values):
                 continue
             drawn = values.to_numpy(np.float64)
             mean = float((weights * drawn).sum())
             median, low, high = quantiles(drawn, weights, (0.5, *_ends(LEVEL)))
             before = self.parameters.loc[prior, name].to_numpy(np.float64)
-            usual = quantiles(before, np.full(len(before), 1.0 / len(before)), _ends(LEVEL))
+            usual = quantiles(
+                before, np.full(len(before), 1.0 / len(before)), _ends(LEVEL)
+            )
             rows.append(
                 {
                     "parameter": name,
@@ -320,18 +422,19 @@ class _Simulated:
 
     def choices(self, target: Target) -> pd.DataFrame:
         """Return the probabilities of the values of parameters without numbers."""
-        kept = self.kept(target)
+        table = self.kept(target)
         rows = []
         for name, prior in self.rule.priors.items():
-            if DISTRIBUTIONS[prior.form].kind != "listed" or _is_number(kept[name]):
+            if DISTRIBUTIONS[prior.form].kind != "listed" or _is_number(table[name]):
                 continue
+            drawn = self.parameters.loc[self.rows(DATA, PRIOR), name]
             for value in prior.arguments:
-                chosen = (kept[name] == value).to_numpy()
+                chosen = (table[name] == value).to_numpy()
                 rows.append(
                     {
                         "parameter": name,
                         "value": value,
-                        "prior": 1.0 / len(prior.arguments),
+                        "prior": float((drawn == value).mean()),
                         "posterior": float(target.population.weights[chosen].sum()),
                     }
                 )
@@ -339,17 +442,17 @@ class _Simulated:
 
     def predictive(self, target: Target) -> pd.DataFrame:
         """Return the summaries of the kept simulations beside those of the data."""
-        kept = self.summaries[self._places(target)[target.population.kept]]
+        summaries = self.summaries[self._places(target)[target.population.nearest]]
         weights = target.population.weights
-        prior = self.summaries[(self.number == DATA) & (self.generation == PRIOR)]
+        prior = self.summaries[self.rows(DATA, PRIOR)]
         rows = []
         for place, words in enumerate(self.words):
-            low, high = quantiles(kept[:, place], weights, _ends(LEVEL))
+            low, high = quantiles(summaries[:, place], weights, _ends(LEVEL))
             rows.append(
                 {
                     "summary": words,
                     "data": float(target.data[place]),
-                    "mean": float((weights * kept[:, place]).sum()),
+                    "mean": float((weights * summaries[:, place]).sum()),
                     "low": low,
                     "high": high,
                     "prior_low": float(np.nanmin(prior[:, place])),
@@ -365,29 +468,30 @@ class _Simulated:
         The statistic is the mean distance from the nearest simulations of the prior.
         Simulations of the prior in turn serve as data.
         """
-        prior = self.summaries[(self.number == DATA) & (self.generation == PRIOR)]
+        prior = self.summaries[self.rows(DATA, PRIOR)]
         scaled = target.distance.scaled(prior[np.isfinite(prior).all(axis=1)])
         near = max(1, round(NEAR * len(scaled)))
-        if len(scaled) <= near + 1:
+        if len(scaled) < FEWEST_COMPARED:
             return float("nan")
         tree = cKDTree(scaled)
         data = target.distance.scaled(target.data[None])
         away = np.reshape(tree.query(data, k=near)[0], (1, -1)).mean()
         # The nearest simulation of a simulation is itself.
-        others = tree.query(scaled[:MOST_COMPARED], k=near + 1)[0][:, 1:].mean(axis=1)
-        return float((1 + (others >= away).sum()) / (1 + len(others)))
+        usual = tree.query(scaled[:MOST_COMPARED], k=near + 1)[0][:, 1:].mean(axis=1)
+        return float((1 + (usual >= away).sum()) / (1 + len(usual)))
 
     def ranks(self, targets: list[Target]) -> pd.DataFrame:
         """Return the rank of the true draw of each synthetic data set."""
         rows = []
         for target in targets:
-            (truth,) = self.draws[
-                (self.number == target.number) & (self.generation == TRUTH)
-            ]
+            (truth,) = self.draws[self.rows(target.number, TRUTH)]
             population = target.population
-            drawn = population.draws[population.kept]
+            drawn = population.draws[population.nearest]
             below = (drawn < truth) + 0.5 * (drawn == truth)
-            rows.append((population.weights[:, None] * below).sum(axis=0))
+            rank = (population.weights[:, None] * below).sum(axis=0)
+            # The rank among K draws has K + 1 values, each equally likely.
+            draws = population.effective
+            rows.append((draws * rank + 0.5) / (draws + 1.0))
         return pd.DataFrame(rows, columns=[*self.rule.priors])
 
 
@@ -423,7 +527,7 @@ def _generations(target: Target) -> pd.DataFrame:
     rows = [
         {
             "generation": number,
-            "simulations": generation.count,
+            "simulations": generation.size,
             "accepted": generation.accepted,
             "tolerance": generation.tolerance,
             "effective": generation.effective,

@@ -9,12 +9,15 @@ Floats = NDArray[np.float64]
 MAD_OF_NORMAL = 1.482602218505602
 """Standard deviation of a normal distribution over its median absolute deviation."""
 
+ROUNDING = 1e-9
+"""Spread as a fraction of the median, below which differences may be rounding."""
+
 
 def spread_of(values: Floats) -> Floats:
     """Return the robust spread of each column, above 0.
 
-    The spread is the scaled median absolute deviation. If half of the values agree, the
-    spread is the standard deviation, and 1 if all values agree.
+    The spread is the scaled median absolute deviation. If half of the values agree,
+    apart from rounding, the spread is the standard deviation. If all agree, it is 1.
 
     Parameters
     ----------
@@ -29,8 +32,10 @@ def spread_of(values: Floats) -> Floats:
         return np.ones(values.shape[1])
     middle = np.median(values, axis=0)
     spread = MAD_OF_NORMAL * np.median(np.abs(values - middle), axis=0)
-    spread = np.where(spread > 0.0, spread, values.std(axis=0))
-    positive: Floats = np.where(spread > 0.0, spread, 1.0)
+    deviation = values.std(axis=0)
+    rounding = ROUNDING * np.maximum(np.abs(middle), deviation)
+    spread = np.where(spread > rounding, spread, deviation)
+    positive: Floats = np.where(spread > rounding, spread, 1.0)
     return positive
 
 
@@ -71,7 +76,8 @@ class Distance:
         if not learnt:
             return scaled
         terms = scaled._terms(known)
-        coefficients = np.linalg.lstsq(terms, draws[complete], rcond=None)[0]
+        solution = np.linalg.lstsq(terms, draws[complete], rcond=None)
+        coefficients = np.asarray(solution[0], np.float64)
         return cls(scaled.middle, scaled.spread, coefficients)
 
     def _terms(self, summaries: Floats) -> Floats:
@@ -90,7 +96,10 @@ class Distance:
         """
         if self.coefficients is None:
             return self.scaled(summaries)
-        return np.einsum("nt,td->nd", self._terms(summaries), self.coefficients)
+        estimates: Floats = np.einsum(
+            "nt,td->nd", self._terms(summaries), self.coefficients
+        )
+        return estimates
 
     def between(self, summaries: Floats, data: Floats) -> Floats:
         """Return the distances of simulations from a data set, shape (n,).

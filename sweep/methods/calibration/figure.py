@@ -21,7 +21,6 @@ from sweep.methods.calibration.analysis import Posterior, posterior
 from sweep.tables import StoredStudy
 from sweep.text import installing, so_many
 
-EXTRA = "calibrate"
 SIDE = 1.6
 """Width and height of a panel, in inches."""
 MARGIN = 1.0
@@ -34,8 +33,8 @@ def posterior_figure(study: StoredStudy) -> Figure:
     """Plot the posterior of the parameters of a calibrated study.
 
     The diagonal has the distribution of each parameter, with the median and the 95 %
-    credible interval as lines. Below are pairs of parameters. The axes span the draws
-    from the prior, and draws count by their weights. Needs the package corner.
+    credible interval as lines. Below are the kept draws by pairs of parameters. The
+    axes span the prior, and the distributions are weighted. Needs the package corner.
 
     Raises
     ------
@@ -55,35 +54,36 @@ def posterior_figure(study: StoredStudy) -> Figure:
 def _check(study: StoredStudy) -> None:
     if find_spec("corner") is None:
         raise ChoiceError(
-            f"the figure needs the package corner: {installing(EXTRA)}",
+            f"the figure needs the package corner: {installing('calibrate')}",
             study.name,
             "posterior",
         )
 
 
-def draw_posterior(study: StoredStudy, found: Posterior) -> Figure:
+def draw_posterior(study: StoredStudy, outcome: Posterior) -> Figure:
     """Draw the figure of a posterior. Raises ChoiceError if no parameter has numbers.
 
     Parameters
     ----------
     study : StoredStudy
-    found : Posterior
+    outcome : Posterior
     """
     import corner
 
-    if found.parameters.empty:
+    if outcome.parameters.empty:
         raise ChoiceError(
             "no parameter of the calibration has numbers", study.name, "posterior"
         )
-    names = found.parameters["parameter"].tolist()
+    names = outcome.parameters["parameter"].tolist()
     inches = SIDE * len(names) + MARGIN
-    with style.context(STYLE):
-        figure = Figure(figsize=(inches, inches), layout="none")
+    # The library places the panels.
+    with style.context([STYLE, {"figure.constrained_layout.use": False}]):
+        figure = Figure(figsize=(inches, inches))
         corner.corner(
-            found.draws[names].to_numpy(np.float64),
+            outcome.draws[names].to_numpy(np.float64),
             bins=BINS,
-            range=_ranges(found),
-            weights=found.draws["weight"].to_numpy(),
+            range=_ranges(outcome),
+            weights=outcome.draws["weight"].to_numpy(),
             color=BLUE,
             labels=[quantity(study, name) for name in names],
             quantiles=ENDS,
@@ -97,39 +97,41 @@ def draw_posterior(study: StoredStudy, found: Posterior) -> Figure:
         figure.subplots_adjust(
             left=left, bottom=left + 0.3 / inches, right=0.98, top=0.98
         )
-        note(figure, _note(found))
+        note(figure, _note(outcome))
     return figure
 
 
-def _ranges(found: Posterior) -> list[tuple[float, float]]:
+def _ranges(outcome: Posterior) -> list[tuple[float, float]]:
     """Return the ends of each axis: 95 % of the prior, and all kept draws."""
     ranges = []
-    for row in found.parameters.to_dict("records"):
-        values = found.draws[row["parameter"]]
+    for row in outcome.parameters.to_dict("records"):
+        values = outcome.draws[row["parameter"]]
         low = min(float(values.min()), row["prior_low"])
         high = max(float(values.max()), row["prior_high"])
         ranges.append((low, high if high > low else low + 1.0))
     return ranges
 
 
-def _note(found: Posterior) -> str:
-    checked = "not checked" if found.checks.empty else "checked"
+def _note(outcome: Posterior) -> str:
+    checked = "not checked" if outcome.checks.empty else "checked"
+    simulations = so_many(len(outcome.draws), "simulation")
     return (
-        f"{found.study} given {found.rule.to}:"
-        f" {so_many(len(found.draws), 'simulation')} of {found.simulations:,}, as good"
-        f" as {found.effective:,.0f} draws; median and 95 % credible interval; {checked}"
+        f"{outcome.study} given {outcome.rule.to}: {simulations} of"
+        f" {outcome.simulations:,}, as good as {outcome.effective:,.0f} draws;"
+        " median and 95 % credible interval;"
+        f" {checked}"
     )
 
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
     """Return a figure. Raises ChoiceError as `posterior_figure`, and for metrics."""
     _check(study)
-    found = posterior(study)
+    outcome = posterior(study)
     if choices.metrics:
         raise ChoiceError(
             "shows parameters, and takes no metric", study.name, "posterior"
         )
-    return [Planned("", partial(draw_posterior, study, found))]
+    return [Planned("", partial(draw_posterior, study, outcome))]
 
 
 KIND = FigureKind("the posterior of a calibrated study, by parameter", (), plan)

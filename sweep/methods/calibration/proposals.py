@@ -11,8 +11,7 @@ quantile of its prior. So one kernel serves all distributions, lists of values i
 
 A weight is the density of the prior over the density of all generations together, which
 includes the prior itself (deterministic mixture weights, Owen and Zhou 2000; Cornuet et
-al. 2012). So all simulations count, and no weight exceeds the number of simulations
-over the number of draws from the prior.
+al. 2012). So all simulations count, and the draws from the prior bound each weight.
 """
 
 import math
@@ -35,9 +34,11 @@ LEAST_VARIANCE = 1e-12
 FACTOR = 4
 """Number of candidates per requested draw, at a time."""
 MOST_ROUNDS = 1000
+MOST_CELLS = 1_000_000
+"""Most pairs of a draw and a centre at a time."""
 
 
-class Kernel(NamedTuple):
+class ProposalKernel(NamedTuple):
     """A mixture of Gaussians around kept draws, cut to the allowed part of the cube.
 
     Attributes
@@ -106,6 +107,14 @@ class Kernel(NamedTuple):
         ----------
         draws : array of float, shape (n, D)
         """
+        rows = max(1, MOST_CELLS // len(self.centers))
+        parts = [
+            self._density(draws[first : first + rows])
+            for first in range(0, len(draws), rows)
+        ]
+        return np.concatenate([np.empty(0), *parts])
+
+    def _density(self, draws: Floats) -> Floats:
         squares = np.zeros((len(draws), len(self.centers)))
         whitened = np.zeros((len(self.root), *squares.shape))
         for row in range(len(self.root)):
@@ -125,12 +134,12 @@ class Generation(NamedTuple):
 
     Attributes
     ----------
-    count : int
+    size : int
         Number of simulations.
-    kernel : Kernel or None
-        Kernel that proposed; None for the prior.
+    kernel : ProposalKernel or None
+        ProposalKernel that proposed; None for the prior.
     allowed : float
-        Fraction of the mass of the kernel that the spec allows.
+        Fraction of the mass of the kernel, or of the prior, that the spec allows.
     accepted : float
         Fraction of the simulations within the tolerance before this generation.
     tolerance : float
@@ -139,8 +148,8 @@ class Generation(NamedTuple):
         Effective number of kept draws after this generation.
     """
 
-    count: int
-    kernel: Kernel | None
+    size: int
+    kernel: ProposalKernel | None
     allowed: float
     accepted: float
     tolerance: float
@@ -160,8 +169,9 @@ class Population:
     distances : array of float, shape (N,)
         Distances from the data; infinite for a simulation without summaries.
     generations : list of Generation
-    kept : array of int, shape (K,)
-        Kept simulations, the nearest first; at most `size`.
+    nearest : array of int, shape (K,)
+        Kept simulations, the nearest first: `size` simulations, and all as near as the
+        last of these. A choice among equal distances by age would favour the prior.
     weights : array of float, shape (K,)
         Weights of the kept simulations, with the sum 1.
     """
@@ -170,13 +180,15 @@ class Population:
     draws: Floats = field(default_factory=lambda: np.empty((0, 0)))
     distances: Floats = field(default_factory=lambda: np.empty(0))
     generations: list[Generation] = field(default_factory=list)
-    kept: NDArray[np.intp] = field(default_factory=lambda: np.empty(0, np.intp))
+    nearest: NDArray[np.intp] = field(default_factory=lambda: np.empty(0, np.intp))
     weights: Floats = field(default_factory=lambda: np.empty(0))
 
     @property
     def tolerance(self) -> float:
         """The largest distance of a kept simulation; infinite without simulations."""
-        return float(self.distances[self.kept[-1]]) if len(self.kept) else math.inf
+        return (
+            float(self.distances[self.nearest[-1]]) if len(self.nearest) else math.inf
+        )
 
     @property
     def effective(self) -> float:
@@ -187,7 +199,7 @@ class Population:
         self,
         draws: Floats,
         distances: Floats,
-        kernel: Kernel | None = None,
+        kernel: ProposalKernel | None = None,
         allowed: float = 1.0,
     ) -> None:
         """Add the simulations of a generation, and keep the nearest of all.
@@ -196,27 +208,33 @@ class Population:
         ----------
         draws : array of float, shape (n, D)
         distances : array of float, shape (n,)
-        kernel : Kernel, optional
-            Kernel that proposed the draws; by default the prior.
+        kernel : ProposalKernel, optional
+            ProposalKernel that proposed the draws; by default the prior.
         allowed : float, default 1
-            Fraction of the mass of the kernel that the spec allows.
+            Fraction of the mass of the kernel, or of the prior, that the spec allows.
         """
         before = self.tolerance
         self.draws = np.concatenate([self.draws, draws]) if len(self.draws) else draws
         self.distances = np.concatenate([self.distances, distances])
         order = np.argsort(self.distances, kind="stable")
-        finite = int(np.isfinite(self.distances).sum())
-        self.kept = order[: min(self.size, finite)]
-        accepted = float((distances < before).mean())
-        new = Generation(len(draws), kernel, allowed, accepted, math.inf, 0.0)
+        finite = order[np.isfinite(self.distances[order])]
+        last = self.distances[finite[: self.size][-1:]]
+        self.nearest = finite[(self.distances[finite, None] <= last).any(axis=1)]
+        accepted = float((distances <= before).mean())
+        new = Generation(
+            size=len(draws),
+            kernel=kernel,
+            allowed=allowed,
+            accepted=accepted,
+            tolerance=self.tolerance,
+            effective=0.0,
+        )
         self.generations.append(new)
         self.weights = self._weights()
-        self.generations[-1] = new._replace(
-            tolerance=self.tolerance, effective=self.effective
-        )
+        self.generations[-1] = new._replace(effective=self.effective)
 
     def _weights(self) -> Floats:
-        weights = 1.0 / self.mixture(self.draws[self.kept])
+        weights = 1.0 / self.mixture(self.draws[self.nearest])
         normalised: Floats = weights / weights.sum()
         return normalised
 
@@ -226,23 +244,21 @@ class Population:
         Parameters
         ----------
         draws : array of float, shape (n, D)
-            Allowed draws. There the density of the prior is 1.
+            Allowed draws. Densities are over the allowed part of the cube.
         """
         density = np.zeros(len(draws))
         for generation in self.generations:
-            if generation.kernel is None:
-                density += generation.count
-            else:
-                scale = generation.count / generation.allowed
-                density += scale * generation.kernel.density(draws)
-        mixed: Floats = density / sum(each.count for each in self.generations)
+            scale = generation.size / generation.allowed
+            kernel = generation.kernel
+            density += scale * (1.0 if kernel is None else kernel.density(draws))
+        mixed: Floats = density / sum(each.size for each in self.generations)
         return mixed
 
-    def kernel(self) -> Kernel:
+    def kernel(self) -> ProposalKernel:
         """Return the kernel of the next generation."""
-        centers = self.draws[self.kept]
+        centers = self.draws[self.nearest]
         middle = (self.weights[:, None] * centers).sum(axis=0)
         away = centers - middle
         covariance = np.einsum("n,ni,nj->ij", self.weights, away, away)
         covariance = WIDENING * covariance + LEAST_VARIANCE * np.eye(len(middle))
-        return Kernel(centers, self.weights, np.linalg.cholesky(covariance))
+        return ProposalKernel(centers, self.weights, np.linalg.cholesky(covariance))

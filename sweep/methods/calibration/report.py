@@ -1,9 +1,8 @@
 """The report of a calibrated study: misfit first, then estimates and their checks."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
-
 
 from sweep.analysis import number, percent, with_interval
 from sweep.methods.calibration.analysis import LEVELS, Posterior
@@ -11,57 +10,57 @@ from sweep.tables import Report, TextTable, brief, json_rows
 from sweep.text import so_many
 
 UNLIKELY = 0.05
-"""Probability of the data below which the model is said not to fit."""
+"""Probability of the data below which the report warns of a misfit."""
 FEW = 100
 """Effective number of draws below which estimates are rough."""
 
 
-def posterior_report(found: Posterior) -> Report:
+def posterior_report(outcome: Posterior) -> Report:
     """Return the posterior: its CSV has a row per kept simulation, with its weight.
 
     docs/json.md describes the keys of the JSON form.
     """
-    parts: list[TextTable | str] = [*_fit(found)]
-    if not found.parameters.empty:
-        parts.append(_parameters(found))
-    if not found.choices.empty:
-        parts.append(_choices(found))
-    parts += [_predictive(found), _generations(found)]
-    if not found.checks.empty:
-        parts.append(_checks(found))
-    return Report(found.draws, _facts(found), parts)
+    parts: list[TextTable | str] = [*_fit(outcome)]
+    if not outcome.parameters.empty:
+        parts.append(_parameters(outcome))
+    if not outcome.choices.empty:
+        parts.append(_choices(outcome))
+    parts += [_predictive(outcome), _generations(outcome)]
+    if not outcome.checks.empty:
+        parts.append(_checks(outcome))
+    return Report(outcome.draws, _facts(outcome), parts)
 
 
-def _facts(found: Posterior) -> dict[str, Any]:
+def _facts(outcome: Posterior) -> dict[str, Any]:
     tables = ("parameters", "choices", "predictive", "generations", "checks", "ranks")
     return {
-        "study": found.study,
-        "calibrate": found.rule.as_json(),
-        "data_trials": found.data_trials,
-        "finished": found.finished,
-        "missing": found.missing,
-        "simulations": found.simulations,
-        "tolerance": found.tolerance,
-        "effective": found.effective,
-        "fit": None if math.isnan(found.fit) else found.fit,
-        "checked": not found.checks.empty,
-        **{name: json_rows(getattr(found, name)) for name in tables},
-        "draws": json_rows(found.draws),
+        "study": outcome.study,
+        "calibrate": outcome.rule.as_json(),
+        "data_trials": outcome.data_trials,
+        "finished": outcome.finished,
+        "missing": outcome.missing,
+        "simulations": outcome.simulations,
+        "tolerance": outcome.tolerance,
+        "effective": outcome.effective,
+        "fit": None if math.isnan(outcome.fit) else outcome.fit,
+        "checked": not outcome.checks.empty,
+        **{name: json_rows(getattr(outcome, name)) for name in tables},
+        "draws": json_rows(outcome.draws),
     }
 
 
-def _fit(found: Posterior) -> Iterator[str]:
+def _fit(outcome: Posterior) -> Iterator[str]:
     """Yield lines on the distance of the data from what the model can do."""
-    if not math.isnan(found.fit):
-        far = f"{percent(found.fit)} of data sets from the prior are as far away"
-        if found.fit < UNLIKELY:
+    if not math.isnan(outcome.fit):
+        far = f"{percent(outcome.fit)} of data sets from the prior are as far away"
+        if outcome.fit < UNLIKELY:
             yield (
                 f"misfit: only {far} from the simulations as the data:"
                 " the model hardly produces such data, so the intervals mean little"
             )
         else:
             yield f"fit: {far} from the simulations as the data"
-    for row in found.predictive.to_dict("records"):
+    for row in outcome.predictive.to_dict("records"):
         if not row["prior_low"] <= row["data"] <= row["prior_high"]:
             away = max(row["prior_low"] - row["data"], row["data"] - row["prior_high"])
             yield (
@@ -71,20 +70,25 @@ def _fit(found: Posterior) -> Iterator[str]:
             )
         elif not row["low"] <= row["data"] <= row["high"]:
             yield (
-                f"misfit: the {row['summary']} of the data, {brief(row['data'])}, is"
-                " outside of 95 % of the kept simulations"
+                f"not reproduced within the tolerance: the {row['summary']} of the"
+                f" data, {brief(row['data'])}, is outside of 95 % of the kept"
+                " simulations"
             )
 
 
-def _title(found: Posterior) -> str:
-    checked = "not checked" if found.checks.empty else "checked below"
-    trials = so_many(found.data_trials, "trial")
-    return f"{found.study}: posterior given {found.rule.to} ({trials}), {checked}"
+def _range(row: Mapping[Any, Any]) -> str:
+    return f"{row['prior_low']:.3g} to {row['prior_high']:.3g}"
 
 
-def _parameters(found: Posterior) -> TextTable:
+def _title(outcome: Posterior) -> str:
+    checked = "not checked" if outcome.checks.empty else "checked below"
+    trials = so_many(outcome.data_trials, "trial")
+    return f"{outcome.study}: posterior given {outcome.rule.to} ({trials}), {checked}"
+
+
+def _parameters(outcome: Posterior) -> TextTable:
     rows = []
-    for row in found.parameters.to_dict("records"):
+    for row in outcome.parameters.to_dict("records"):
         half = (row["high"] - row["low"]) / 2.0
         unit = f" ({row['unit']})" if row["unit"] else ""
         rows.append(
@@ -94,44 +98,47 @@ def _parameters(found: Posterior) -> TextTable:
                 number(row["sd"], half),
                 number(row["median"], half),
                 f"{number(row['low'], half)} to {number(row['high'], half)}",
-                f"{brief(row['prior_low'])} to {brief(row['prior_high'])}",
+                _range(row),
             ]
         )
     return TextTable(
         columns=["parameter", "mean", "sd", "median", "95 % credible", "95 % of prior"],
         rows=rows,
-        title=_title(found),
-        caption="\n".join(_caption(found)),
+        title=_title(outcome),
+        caption="\n".join(_caption(outcome)),
     )
 
 
-def _caption(found: Posterior) -> Iterator[str]:
-    rule = found.rule
+def _caption(outcome: Posterior) -> Iterator[str]:
+    rule = outcome.rule
+    unit = "of the prior's range" if rule.learnt else "spreads of the prior"
+    nearest = so_many(len(outcome.draws), "nearest simulation")
     yield (
-        f"the {so_many(len(found.draws), 'nearest simulation')} of"
-        f" {found.simulations:,}, as good as {found.effective:,.0f} independent draws;"
-        f" tolerance {found.tolerance:.3g} spreads of the prior"
+        f"the {nearest} of {outcome.simulations:,}, as good as"
+        f" {outcome.effective:,.0f} independent draws;"
+        f" tolerance {outcome.tolerance:.3g} {unit}"
     )
-    if found.effective < FEW:
+    if outcome.effective < FEW:
         yield f"fewer than {FEW} independent draws: the estimates are rough"
-    if found.data_trials != rule.replicates:
+    if outcome.data_trials != rule.replicates:
+        trials = so_many(outcome.data_trials, "trial")
         yield (
-            f"the data have {so_many(found.data_trials, 'trial')}, and a simulation has"
-            f" {rule.replicates:,}: with equal numbers, the intervals are exact for"
-            " the summaries"
+            f"the data have {trials}, and a simulation has"
+            f" {rule.replicates:,}: with unequal numbers, the summaries have unequal"
+            " random errors"
         )
-    if found.checks.empty:
+    if outcome.checks.empty:
         yield (
             "not checked: with checks: 100 under calibrate, synthetic data sets tell"
             " whether the intervals cover the truth"
         )
-    if not found.finished:
+    if not outcome.finished:
         yield "not finished: launch the study again for further generations"
-    if found.missing:
-        yield f"{so_many(found.missing, 'trial')} of the plan are not stored"
+    if outcome.missing:
+        yield f"{so_many(outcome.missing, 'trial')} of the plan are not stored"
 
 
-def _choices(found: Posterior) -> TextTable:
+def _choices(outcome: Posterior) -> TextTable:
     rows = [
         [
             str(row["parameter"]),
@@ -139,27 +146,27 @@ def _choices(found: Posterior) -> TextTable:
             percent(row["prior"]),
             percent(row["posterior"]),
         ]
-        for row in found.choices.to_dict("records")
+        for row in outcome.choices.to_dict("records")
     ]
-    alone = found.parameters.empty
+    alone = outcome.parameters.empty
     return TextTable(
         columns=["parameter", "value", "prior", "posterior"],
         rows=rows,
-        title=_title(found) if alone else "",
-        caption="\n".join(_caption(found)) if alone else "",
+        title=_title(outcome) if alone else "",
+        caption="\n".join(_caption(outcome)) if alone else "",
     )
 
 
-def _predictive(found: Posterior) -> TextTable:
+def _predictive(outcome: Posterior) -> TextTable:
     rows = []
-    for row in found.predictive.to_dict("records"):
+    for row in outcome.predictive.to_dict("records"):
         half = (row["high"] - row["low"]) / 2.0
         rows.append(
             [
                 str(row["summary"]),
                 number(row["data"], half),
                 with_interval(row["mean"], row["low"], row["high"]),
-                f"{brief(row['prior_low'])} to {brief(row['prior_high'])}",
+                _range(row),
             ]
         )
     return TextTable(
@@ -169,7 +176,7 @@ def _predictive(found: Posterior) -> TextTable:
     )
 
 
-def _generations(found: Posterior) -> TextTable:
+def _generations(outcome: Posterior) -> TextTable:
     rows = [
         [
             str(row["generation"]) if row["generation"] else "prior",
@@ -178,7 +185,7 @@ def _generations(found: Posterior) -> TextTable:
             f"{row['tolerance']:.3g}",
             f"{row['effective']:,.0f}",
         ]
-        for row in found.generations.to_dict("records")
+        for row in outcome.generations.to_dict("records")
     ]
     return TextTable(
         columns=["generation", "simulations", "accepted", "tolerance", "effective"],
@@ -190,9 +197,9 @@ def _generations(found: Posterior) -> TextTable:
     )
 
 
-def _checks(found: Posterior) -> TextTable:
+def _checks(outcome: Posterior) -> TextTable:
     rows = []
-    for row in found.checks.to_dict("records"):
+    for row in outcome.checks.to_dict("records"):
         cells = [str(row["parameter"]), f"{row['data_sets']:,}", _p(row["p"])]
         for level in LEVELS:
             name = f"coverage_{100 * level:g}"
@@ -206,7 +213,7 @@ def _checks(found: Posterior) -> TextTable:
         columns=["parameter", "data sets", "uniform ranks, p", *titles],
         rows=rows,
         title="simulation-based calibration",
-        caption="\n".join(_doubts(found)),
+        caption="\n".join(_doubts(outcome)),
     )
 
 
@@ -214,13 +221,13 @@ def _p(value: float) -> str:
     return "-" if math.isnan(value) else f"{value:.2g}"
 
 
-def _doubts(found: Posterior) -> Iterator[str]:
+def _doubts(outcome: Posterior) -> Iterator[str]:
     """Yield how to read the checks, and the parameters that fail."""
     yield (
         "synthetic data sets with known parameters went through the same calibration;"
         " coverage with 95 % confidence intervals"
     )
-    tested = found.checks[found.checks["p"].notna()]
+    tested = outcome.checks[outcome.checks["p"].notna()]
     level = UNLIKELY / max(1, len(tested))
     for row in tested.to_dict("records"):
         if row["p"] < level:
@@ -232,11 +239,11 @@ def _doubts(found: Posterior) -> Iterator[str]:
         yield "too few data sets to test whether ranks are uniform"
 
 
-def settled_in_words(found: Posterior) -> str:
+def settled_in_words(outcome: Posterior) -> str:
     """Return the last generation in words, for `sweep status`."""
-    last: dict[str, Any] = found.generations.iloc[-1].to_dict()
-    state = "finished" if found.finished else "not finished"
+    *_, last = outcome.generations.to_dict("records")
+    state = "finished" if outcome.finished else "not finished"
     return (
-        f"generation {last['generation']:.0f}, tolerance {last['tolerance']:.3g},"
+        f"generation {last['generation']}, tolerance {last['tolerance']:.3g},"
         f" {last['effective']:,.0f} independent draws; {state}"
     )

@@ -77,7 +77,7 @@ class Calibration:
     Attributes
     ----------
     to : str
-        The stored trials that are the data, as `sweep.methods.comparison` reads sides.
+        The stored trials that are the data, see `sweep.methods.comparison.side_of`.
     summaries : tuple of Summary
     priors : mapping
         Prior of each parameter, by name.
@@ -137,8 +137,8 @@ class Calibration:
 
     def most_trials(self, _points: int) -> int:
         """Return the most trials of a study, whatever the number of points at first."""
-        proposed = self.generations * self.population
-        simulations = self.draws + self.checks + (1 + self.checks) * proposed
+        of_data_set = self.draws + self.generations * self.population
+        simulations = self.checks + (1 + self.checks) * of_data_set
         return simulations * self.replicates
 
     @property
@@ -192,12 +192,10 @@ def from_json(record: Mapping[str, Any]) -> Calibration:
         for name, spread in record["priors"].items()
         for form, arguments in spread.items()
     }
-    return Calibration(**(record | {"summaries": summaries, "priors": priors}))
+    return Calibration(**{**record, "summaries": summaries, "priors": priors})
 
 
-def summarised(
-    summaries: Sequence[Summary], values: Mapping[str, Floats]
-) -> Floats:
+def summarised(summaries: Sequence[Summary], values: Mapping[str, Floats]) -> Floats:
     """Return the summaries of data sets, shape (n, S).
 
     Parameters

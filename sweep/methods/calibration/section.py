@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 from sweep.methods.calibration.rule import (
-    DEVIATION,
     STATISTICS,
     Calibration,
     Prior,
@@ -38,10 +37,9 @@ from sweep.spec import (
     reference,
 )
 from sweep.store import Location
-from sweep.text import unknown
 
 LEAST_POPULATION = 50
-MOST_POPULATION = 100_000
+MOST_POPULATION = 10_000
 MOST_GENERATIONS = 50
 MOST_CHECKS = 1000
 PURPOSES = ("start", "world", "noise")
@@ -64,7 +62,7 @@ class Calibrate:
     to: Annotated[
         str,
         Key(
-            Text("a stored study, or trials of the study"),
+            Text("a stored study, or some trials of a stored study"),
             "the data: a stored recording or study, `STUDY` or"
             " `STUDY:parameter=value,...`",
             example="sheep/drives",
@@ -74,7 +72,7 @@ class Calibrate:
         tuple[Summary, ...],
         Key(
             ReadLater(
-                "recorded columns, each with mean, sd, a probability, or a list of these",
+                "columns, each with mean, sd, a probability, or a list of these",
                 _summaries_schema,
             ),
             "what data and simulations are compared by: statistics of recorded metrics"
@@ -147,7 +145,7 @@ def read_calibrate(root: Entry, context: SpecContext) -> Calibration | None:
     axis = None
     if context.axes is not None:
         axis = mistakes.read(_axis, root, context)
-    if axis and "population" in values:
+    if axis and not mistakes:
         mistakes.read(_check_draws, root, axis, values["population"])
     mistakes.read(_check_streams, root)
     mistakes.check()
@@ -155,13 +153,19 @@ def read_calibrate(root: Entry, context: SpecContext) -> Calibration | None:
         return None
     replicates = context.replication.replicates
     assert replicates
+    assert axis.sampler
+    texts = [name for name, column in axis.columns.items() if column.dtype == object]
+    if values["learnt"] and texts:
+        raise entry.child("learnt").error(
+            f"no regression estimates {texts[0]}, which has no numbers"
+        )
     values |= {"summaries": summaries}
     written = root.child("sweep").child(axis.name)
     return Calibration(
         **values,
         priors=_priors(written, axis),
         axis=axis.name,
-        sampler=axis.sampler or "random",
+        sampler=axis.sampler,
         draws=written.value["points"],
         replicates=replicates,
     )
@@ -234,7 +238,9 @@ def _axis(root: Entry, context: SpecContext) -> Axis:
     """Return the only axis of the spec, whose distributions are the prior."""
     axes = context.axes or ()
     entry = root.child(KEY.name)
-    if len(axes) != 1 or not isinstance(root.child("sweep").value, dict):
+    if isinstance(root.child("sweep").value, list):
+        raise entry.error('"sweep" must be one mapping, not a list of designs')
+    if len(axes) != 1:
         raise entry.error(
             f'"sweep" needs exactly one axis, whose distributions are the prior; it has'
             f" {len(axes)}"

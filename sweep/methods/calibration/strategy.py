@@ -24,11 +24,11 @@ from sweep.methods.calibration.targets import (
     TRUTH,
     PriorDraws,
     Target,
-    targets_of,
 )
-from sweep.methods.comparison import read_side
-from sweep.spec import Axis, Study, Value, Values
+from sweep.methods.comparison import Side, read_side, study_named
+from sweep.spec import Axis, Column, Study, Value, Values, spelled
 from sweep.store import Location, PlanAbout
+from sweep.text import so_many
 
 Floats = NDArray[np.float64]
 ABOUT = b"calibrate"
@@ -51,7 +51,7 @@ class Data(NamedTuple):
     trials: int
 
 
-class Batch(NamedTuple):
+class Proposals(NamedTuple):
     """Draws of one generation of one data set.
 
     Attributes
@@ -84,9 +84,19 @@ class CalibrationStrategy:
         self.looks_at = rule.columns
         self.prior = PriorDraws(rule, study.settings, study.seed)
         self.simulations = _Simulations(study, self.prior)
+        drawn = self.prior.first()
+        self.first = drawn[self.simulations.allowed(drawn)]
+        if len(self.first) < rule.population:
+            raise study.document.error(
+                rule.place,
+                f"the spec allows {len(self.first):,} of {rule.draws:,} draws from the"
+                f' prior, fewer than the {rule.population:,} of "population": give the'
+                " axis more points",
+            )
+        check_data(study, rule)
         self.data = read_data(study, rule, results) if results else None
         most = rule.most_trials(0)
-        self.progress = Progress(most=most)
+        self.progress = Progress(most=most, trials=most, ahead=True)
         self.description: dict[str, Any] = {
             "rule": rule.as_json(),
             "data": None if self.data is None else list(self.data.summaries),
@@ -101,22 +111,9 @@ class CalibrationStrategy:
         The last round has no trials, only the plan of the finished calibration.
         """
         assert self.data
-        drawn = self.prior.first()
-        prior = drawn[self.simulations.allowed(drawn)]
-        truths = self.prior.truths(self.simulations.allowed)
-        batches = [Batch(DATA, PRIOR, prior)]
-        batches += [
-            Batch(number, TRUTH, draw) for number, draw in enumerate(truths, start=1)
-        ]
+        batches = self._from_prior()
         yield self._round(batches)
-        summaries, *synthetic = self._summaries(batches, look())
-        targets = targets_of(
-            self.rule,
-            np.array(self.data.summaries),
-            prior,
-            summaries,
-            [row for (row,) in synthetic],
-        )
+        targets = self._targets(batches, self._summaries(batches, look()))
         while active := [target for target in targets if not target.ended]:
             batches = [*self._proposals(active)]
             if not batches:
@@ -130,9 +127,36 @@ class CalibrationStrategy:
                 numbered[batch.number].add(batch.draws, simulated, allowed)
             self._note(targets[0])
         self.description["finished"] = True
+        self.progress.trials = sum(self.simulations.counts.values())
         yield self._round([])
 
-    def _proposals(self, active: list[Target]) -> Iterator[Batch]:
+    def _from_prior(self) -> list[Proposals]:
+        """Return the draws from the prior of all data sets, and the true draws."""
+        batches = [Proposals(DATA, PRIOR, self.first)]
+        for number in range(1, self.rule.checks + 1):
+            drawn = self.prior.of_check(number)
+            allowed = drawn[self.simulations.allowed(drawn)]
+            batches.append(Proposals(number, TRUTH, allowed[:1]))
+            batches.append(Proposals(number, PRIOR, allowed[1:]))
+        return batches
+
+    def _targets(
+        self, batches: list[Proposals], summaries: list[Floats]
+    ) -> list[Target]:
+        """Return the data sets that have all summaries, with draws from the prior."""
+        assert self.data
+        data = {DATA: np.array(self.data.summaries)}
+        targets = list[Target]()
+        for batch, simulated in zip(batches, summaries, strict=True):
+            if batch.generation == TRUTH:
+                (data[batch.number],) = simulated
+            elif np.isfinite(data[batch.number]).all():
+                target = Target(batch.number, data[batch.number], self.rule)
+                target.begin(batch.draws, simulated)
+                targets.append(target)
+        return targets
+
+    def _proposals(self, active: list[Target]) -> Iterator[Proposals]:
         """Yield the proposals of data sets; a data set without any is stuck."""
         for target in active:
             try:
@@ -144,7 +168,7 @@ class CalibrationStrategy:
                 continue
             self.description["allowed"][target.number].append(allowed)
             generation = len(target.population.generations)
-            yield Batch(target.number, generation, draws)
+            yield Proposals(target.number, generation, draws)
 
     def _note(self, target: Target) -> None:
         if target.number != DATA:
@@ -156,7 +180,7 @@ class CalibrationStrategy:
             f" {100 * last.accepted:.0f} % accepted"
         )
 
-    def _round(self, batches: list[Batch]) -> Round:
+    def _round(self, batches: list[Proposals]) -> Round:
         requested = self.simulations.request(batches)
         self.progress.points = len(self.simulations.counts)
         return Round(requested.ids, requested.some, self._plan)
@@ -164,7 +188,7 @@ class CalibrationStrategy:
     def _plan(self, origin: Origin) -> PlanTables:
         return self.simulations.tables(self.description, origin)
 
-    def _summaries(self, batches: list[Batch], table: pa.Table) -> list[Floats]:
+    def _summaries(self, batches: list[Proposals], table: pa.Table) -> list[Floats]:
         """Return the summaries of the simulations of each batch."""
         counts = [len(batch.draws) for batch in batches]
         shape = sum(counts), self.rule.replicates
@@ -212,9 +236,6 @@ class _Simulations:
         The spec leaves out points by `require`, by derived values that are not allowed,
         and by parameters that do not fit together.
         """
-        study = self.study
-        if not study.require and not study.derive:
-            return np.ones(len(draws), np.bool_)
         columns = self.prior.values(draws)
         # One point that is allowed keeps the design from being empty.
         marked = {
@@ -222,16 +243,18 @@ class _Simulations:
             for name, column in columns.items()
         }
         try:
-            kept = _points(expand(replace(study, axes=(_axis(marked),))), columns)
+            design = expand(replace(self.study, axes=(_axis(marked),)))
         except SpecError:
             if len(draws) == 1:
                 return np.zeros(1, np.bool_)
-            each = [self.allowed(draw[None]) for draw in draws]
-            return np.concatenate(each)
-        among = {*kept}
+            half = len(draws) // 2
+            return np.concatenate(
+                [self.allowed(draws[:half]), self.allowed(draws[half:])]
+            )
+        among = {*_points(design, columns)}
         return np.array([row in among for row in _rows(columns)])
 
-    def request(self, batches: list[Batch]) -> _Requested:
+    def request(self, batches: list[Proposals]) -> _Requested:
         """Return the trials of the simulations of some draws, in order.
 
         Draws with equal values get further replicates of the same point.
@@ -265,7 +288,7 @@ class _Simulations:
         self.rows.append(self._rows(batches, requested.ids))
         return requested
 
-    def _rows(self, batches: list[Batch], ids: Ids) -> pa.Table:
+    def _rows(self, batches: list[Proposals], ids: Ids) -> pa.Table:
         """Return a row per trial: data set, generation, simulation, and draw."""
         replicates = self.prior.rule.replicates
         counts = [len(batch.draws) for batch in batches]
@@ -283,23 +306,52 @@ class _Simulations:
         return pa.table({**columns, "trial_id": as_texts(ids)})
 
     def tables(self, description: dict[str, Any], origin: Origin) -> PlanTables:
-        """Return the plan, and the table of the requested simulations."""
+        """Return the plan, and the table of the requested simulations.
+
+        Parameters
+        ----------
+        description : dict
+            Description of the calibration, for the metadata of the table.
+        origin : mapping
+            Provenance, for the metadata of the plan.
+        """
+        designs = [each.jobs.design for each in self.requested if each.jobs]
+        names = list(
+            dict.fromkeys(name for each in designs for name in each.told_apart)
+        )
         parts = list[pa.Table]()
-        names = list[str]()
         for requested in self.requested:
             jobs = requested.jobs
             assert jobs
             part = jobs.rows(requested.places, requested.ids)
             points = jobs.points_at(requested.places)
-            names = list(jobs.design.told_apart)
-            for name, column in jobs.design.told_apart.items():
+            for name in names:
+                # A column that follows from others may be constant in a round.
+                column = jobs.design.columns.get(name)
+                if column is None:
+                    column = self.study.settings[name].column([jobs.design.base[name]])
+                    column = np.repeat(column, jobs.design.n_points)
                 part = part.append_column(name, pa.array(column[points]))
             parts.append(part)
-        about = PlanAbout.of(self.study, names, self.study.axes)
-        plan = about.into(pa.concat_tables(parts).combine_chunks(), origin)
+        record = PlanAbout.of(self.study, names, self.study.axes)
+        plan = record.into(pa.concat_tables(parts).combine_chunks(), origin)
         table = pa.concat_tables(self.rows).combine_chunks()
         described = {ABOUT: json.dumps(description)}
         return plan.to_reader(), table.replace_schema_metadata(described)
+
+
+def check_data(study: Study, rule: Calibration) -> None:
+    """Raise SpecError if a study is to be calibrated to its own trials.
+
+    Parameters
+    ----------
+    study : Study
+    rule : Calibration
+    """
+    if study_named(rule.to) == study.name:
+        raise study.document.error(
+            (*rule.place, "to"), "the data must be another study, not the study itself"
+        )
 
 
 def read_data(study: Study, rule: Calibration, results: Location) -> Data:
@@ -317,19 +369,15 @@ def read_data(study: Study, rule: Calibration, results: Location) -> Data:
         side = read_side(rule.to, results)
     except UserError as error:
         raise study.document.error(place, f"the data cannot be read: {error}") from None
-    lacking = [name for name in rule.columns if name not in side.trials]
-    if lacking:
-        recorded = ", ".join(side.study.metrics)
-        raise study.document.error(
-            place,
-            f"{side.study.name} lacks {', '.join(lacking)}; recorded: {recorded}",
-        )
-    trials = len(side.trials)
+    why = _why_not(study, rule, side)
+    if why:
+        raise study.document.error(place, why)
     values = {
         name: side.trials[name].to_numpy(np.float64, na_value=np.nan)[None]
         for name in rule.columns
     }
     (summaries,) = summarised(rule.summaries, values)
+    trials = min(int(np.isfinite(column).sum()) for column in values.values())
     unknown = [
         summary.words
         for summary, value in zip(rule.summaries, summaries, strict=True)
@@ -337,9 +385,48 @@ def read_data(study: Study, rule: Calibration, results: Location) -> Data:
     ]
     if unknown:
         raise study.document.error(
-            place, f"the {trials:,} trials of {side.text} have no {', '.join(unknown)}"
+            place,
+            f"the {so_many(len(side.trials), 'trial')} of {side.text} have no"
+            f" {', '.join(unknown)}",
         )
     return Data(summaries.tolist(), trials)
+
+
+def _why_not(study: Study, rule: Calibration, side: Side) -> str:
+    """Return why trials cannot be the data, in words; "" for data."""
+    name = side.study.name
+    lacking = [column for column in rule.columns if column not in side.trials]
+    if lacking:
+        recorded = ", ".join(side.study.metrics)
+        return f"{name} lacks {', '.join(lacking)}; recorded: {recorded}"
+    if side.missing:
+        trials = so_many(side.missing, "trial")
+        return f"{trials} of {name} are not stored; launch {name} first"
+    points = side.trials["point"].nunique()
+    if points > 1:
+        varied = ", ".join(side.study.about.varied)
+        return (
+            f"{side.text} has {points:,} points, and data are trials of one point:"
+            f" choose with {name}:parameter=value, of {varied}"
+        )
+    for column in rule.columns:
+        unit = side.study.units.get(column, "")
+        if unit != (own := _unit(study, column)):
+            return (
+                f"{column} cannot be compared: the unit is {unit or 'none'} in {name}"
+                f" and {own or 'none'} here"
+            )
+    return ""
+
+
+def _unit(study: Study, column: str) -> str:
+    """Return the unit of a column of trials of a study."""
+    name = Column.read(column).metric
+    for derived in study.record.derive:
+        if derived.name == name:
+            return derived.unit
+    model = study.known.models[study.model]
+    return spelled(study.known.metrics[name].unit, model)
 
 
 def _axis(columns: dict[str, Values], places: list[int] | None = None) -> Axis:

@@ -1,10 +1,10 @@
 """The data sets of a calibration: the data, and synthetic data sets that check it.
 
-All data sets share the draws from the prior. Each has proposals of its own. The number
-0 is the data, and the numbers from 1 are synthetic.
+Each data set has separate draws from the prior, and separate proposals. So the data
+sets are independent. The number 0 is the data, and the numbers from 1 are synthetic.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.methods.calibration.distances import Distance
-from sweep.methods.calibration.proposals import Allowed, Kernel, Population
+from sweep.methods.calibration.proposals import Allowed, Population, ProposalKernel
 from sweep.methods.calibration.rule import Calibration
 from sweep.spec import (
     DISTRIBUTIONS,
@@ -41,8 +41,9 @@ class Target:
     number : int
     data : array of float, shape (S,)
         Summaries of the data set.
-    distance : Distance
     rule : Calibration
+    distance : Distance
+        Distance from the data, scaled by the draws from the prior.
     population : Population
     stuck : bool
         True if the spec allows hardly any proposal.
@@ -50,26 +51,43 @@ class Target:
 
     number: int
     data: Floats
-    distance: Distance
     rule: Calibration
+    distance: Distance = field(init=False)
     population: Population = field(init=False)
     stuck: bool = False
 
-    def __post_init__(self) -> None:
-        """Begin without simulations."""
-        self.population = Population(self.rule.population)
+    def begin(self, draws: Floats, summaries: Floats) -> None:
+        """Add the draws from the prior, which scale the distance.
+
+        Parameters
+        ----------
+        draws : array of float, shape (n, D)
+            Allowed draws in the unit cube.
+        summaries : array of float, shape (n, S)
+            Summaries of their simulations.
+        """
+        rule = self.rule
+        self.distance = Distance.of_prior(draws, summaries, learnt=rule.learnt)
+        self.population = Population(rule.population)
+        distances = self.distance.between(summaries, self.data)
+        self.population.add(draws, distances, allowed=len(draws) / rule.draws)
 
     @property
     def ended(self) -> bool:
-        """True if no generation follows."""
-        population = self.population
-        later = len(population.generations) - 1
-        if self.stuck or len(population.kept) < FEWEST:
+        """True if no generation follows.
+
+        A calibration ends after the most generations, after a generation with few
+        accepted proposals, and where the tolerance no longer falls.
+        """
+        *before, last = self.population.generations
+        if self.stuck or len(self.population.nearest) < FEWEST:
             return True
-        if later >= self.rule.generations:
+        if len(before) >= self.rule.generations or last.tolerance == 0.0:
             return True
-        accepted = population.generations[-1].accepted
-        return later > 0 and accepted < self.rule.acceptance
+        if not before:
+            return False
+        falls = last.tolerance < before[-1].tolerance
+        return not falls or last.accepted < self.rule.acceptance
 
     def propose(self, seed: int, allowed: Allowed) -> tuple[Floats, float]:
         """Return the draws of the next generation, and their allowed fraction.
@@ -90,12 +108,12 @@ class Target:
         return self.kernel.draw(self.rule.population, rng, allowed)
 
     @property
-    def kernel(self) -> Kernel:
+    def kernel(self) -> ProposalKernel:
         """The kernel of the next generation."""
         return self.population.kernel()
 
-    def add(self, draws: Floats, summaries: Floats, allowed: float = 1.0) -> None:
-        """Add a generation; the first are the draws from the prior.
+    def add(self, draws: Floats, summaries: Floats, allowed: float) -> None:
+        """Add a generation of proposals.
 
         Parameters
         ----------
@@ -103,12 +121,11 @@ class Target:
             Draws in the unit cube.
         summaries : array of float, shape (n, S)
             Summaries of their simulations.
-        allowed : float, default 1
+        allowed : float
             Fraction of the mass of the kernel that the spec allows.
         """
-        kernel = self.kernel if self.population.generations else None
         distances = self.distance.between(summaries, self.data)
-        self.population.add(draws, distances, kernel, allowed)
+        self.population.add(draws, distances, self.kernel, allowed)
 
 
 def random_numbers(seed: int, number: int, generation: int) -> np.random.Generator:
@@ -163,22 +180,22 @@ class PriorDraws:
         )
         return np.stack(SAMPLERS[rule.sampler].draw(cube), axis=1)
 
-    def truths(self, allowed: Allowed) -> list[Floats]:
-        """Return a draw per synthetic data set, each of shape (1, D).
+    def of_check(self, number: int) -> Floats:
+        """Return the true draw of a synthetic data set, then its draws from the prior.
+
+        The first allowed draw is the true draw.
 
         Parameters
         ----------
-        allowed : callable
-            Returns which draws the spec allows.
+        number : int
+            Number of the data set, from 1.
+
+        Returns
+        -------
+        array of float, shape (1 + n, D)
         """
-        drawn = list[Floats]()
-        for number in range(1, self.rule.checks + 1):
-            rng = random_numbers(self.seed, number, PRIOR)
-            draw = rng.random((1, len(self.names)))
-            while not allowed(draw).all():
-                draw = rng.random((1, len(self.names)))
-            drawn.append(draw)
-        return drawn
+        rng = random_numbers(self.seed, number, PRIOR)
+        return rng.random((1 + self.rule.draws, len(self.names)))
 
     def values(self, draws: Floats) -> dict[str, Values]:
         """Return the values of the parameters of draws, shape (n,) each.
@@ -193,37 +210,3 @@ class PriorDraws:
             drawn = DISTRIBUTIONS[prior.form].values(unit, setting, prior.arguments)
             columns[name] = setting.column(drawn)
         return columns
-
-
-def targets_of(
-    rule: Calibration,
-    data: Floats,
-    prior: Floats,
-    summaries: Floats,
-    synthetic: Sequence[Floats],
-) -> list[Target]:
-    """Return the data and the synthetic data sets, with the draws from the prior.
-
-    A synthetic data set that lacks a summary is left out.
-
-    Parameters
-    ----------
-    rule : Calibration
-    data : array of float, shape (S,)
-        Summaries of the data.
-    prior : array of float, shape (n, D)
-        Draws from the prior.
-    summaries : array of float, shape (n, S)
-        Summaries of their simulations.
-    synthetic : sequence of array of float, shape (S,)
-        Summaries of the synthetic data sets.
-    """
-    distance = Distance.of_prior(prior, summaries, learnt=rule.learnt)
-    targets = [
-        Target(number, each, distance, rule)
-        for number, each in enumerate([data, *synthetic])
-        if np.isfinite(each).all()
-    ]
-    for target in targets:
-        target.add(prior, summaries)
-    return targets

@@ -96,8 +96,7 @@ def requests_of_search(study: StoredStudy) -> pa.Table | None:
     if requests is None:
         return None
     keys = {key.decode(errors="replace") for key in requests.schema.metadata or {}}
-    others = sections().keys() - {ABOUT.decode()}
-    return None if keys & others else requests
+    return None if keys & (sections().keys() - {ABOUT.decode()}) else requests
 
 
 def stored_repetitions(study: Study, results: Location) -> int:

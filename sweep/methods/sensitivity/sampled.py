@@ -154,6 +154,12 @@ def sampled_axis(
             study.name,
             "sensitivity",
         )
+    if study.asked is not None:
+        raise ChoiceError(
+            "trials were requested during the run, so the points are no sample",
+            study.name,
+            "sensitivity",
+        )
     kinds = " or ".join(samplers)
     having = [name for name in axes if axes[name].sampler in samplers]
     if axis is not None and axis not in having:
