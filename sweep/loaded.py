@@ -78,7 +78,9 @@ class LoadedStudy(StoredStudy):
         Examples
         --------
         >>> fit = sweep.load("my/fit").posterior()
-        >>> fit.parameters[["parameter", "mean", "low", "high"]]
+        >>> fit.parameters[["parameter", "mean", "low", "high"]].round(2)
+                   parameter  mean   low  high
+        0  separation_weight  1.04  0.07  1.84
         >>> fit.draws.to_parquet("posterior.parquet")
         """
         return posterior(self)

@@ -9,7 +9,7 @@ from typing import Any
 from sweep.campaigns import cache_folder, plan_of
 from sweep.design import StudyPlan
 from sweep.errors import CacheError, OutputError, SpecError
-from sweep.own_code import load_spec
+from sweep.own_code import load_spec, study_of
 from sweep.published.bibliography import FILE
 from sweep.spec import (
     EXPERIMENTS,
@@ -18,7 +18,6 @@ from sweep.spec import (
     Document,
     Study,
     json_schema,
-    parse_spec,
     read_document,
     why_no_name,
 )
@@ -104,7 +103,7 @@ def begin(name: str, path: Path | None = None, *, force: bool = False) -> Begun:
     root = read_document(source)
     text = _renamed(root.document, root.child("study").text(), f"{OWN}/{target.stem}")
     # In the folder of the built-in spec, which has the named files.
-    study = parse_spec(text, source.with_name(target.name))
+    study = study_of(text, source.with_name(target.name))
     contents = {target: text.encode()}
     for file in _named_files(root.value, source.parent):
         copy = target.parent / file

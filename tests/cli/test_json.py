@@ -203,6 +203,8 @@ def test_a_posterior(folder: Path) -> None:
         " generations: 1, checks: 1}"
     )
     (folder / "fit.yaml").write_text(f"{spec}calibrate: {rule}\n")
+    (folder / "small.yaml").write_text(SMALL)
+    assert sweep(folder, "launch", "small.yaml").returncode == 0
     assert sweep(folder, "launch", "fit.yaml").returncode == 0
     run = sweep(folder, "posterior", "fit", "--json")
     said = agree(run.stdout, chapters()["sweep posterior --json"])

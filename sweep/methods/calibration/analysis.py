@@ -325,8 +325,9 @@ class _Simulated:
         -------
         array of bool, shape (simulations,)
         """
-        rows: NDArray[np.bool_] = self.number == number
-        return rows & (self.generation == generation)
+        rows: NDArray[np.bool_]
+        rows = (self.number == number) & (self.generation == generation)
+        return rows
 
     def targets(self) -> list[Target]:
         """Return the data and the synthetic data sets with their whole generations.

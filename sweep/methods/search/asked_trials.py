@@ -86,13 +86,17 @@ class AskedTrials:
     distributions: Mapping[str, Declared]
 
 
-def requests_of_search(study: StoredStudy) -> pa.Table | None:
-    """Return the table of a search; None if the study is not a search.
+def of_search(requests: pa.Table | None) -> pa.Table | None:
+    """Return the table of a search; None without a table, and for another section.
 
     A table that the strategy of another section has written has the key of the section
     in its metadata.
+
+    Parameters
+    ----------
+    requests : Table or None
+        Stored requests of a study.
     """
-    requests = study.asked
     if requests is None:
         return None
     keys = {key.decode(errors="replace") for key in requests.schema.metadata or {}}
@@ -131,7 +135,7 @@ def read_asked(study: StoredStudy) -> AskedTrials:
     Raises ChoiceError if the study is not a search, or if `where` has restricted the
     study. Raises StoreError for a statistic or a distribution that is not known here.
     """
-    search_table = requests_of_search(study)
+    search_table = of_search(study.store.read_asked())
     if search_table is None:
         raise ChoiceError("not a search", study.name)
     if study.restricted:
@@ -160,7 +164,7 @@ def asked_objectives(study: StoredStudy) -> list[Objective]:
     The list is empty if the study is not a search. Raises StoreError for a statistic
     that is not known here.
     """
-    requests = requests_of_search(study)
+    requests = of_search(study.asked)
     if requests is None:
         return []
     description = _description(study.store, requests)

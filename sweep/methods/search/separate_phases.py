@@ -5,7 +5,7 @@ candidates, are never averaged together.
 """
 
 from sweep.errors import StoreError
-from sweep.methods.search.asked_trials import requests_of_search
+from sweep.methods.search.asked_trials import of_search
 from sweep.spec import PLAN
 from sweep.store import SEARCH_AGAIN
 from sweep.tables import StoredStudy
@@ -25,7 +25,7 @@ def by_phase(study: StoredStudy) -> StoredStudy:
 
     Raises StoreError if the stored requests of the search lack a column.
     """
-    if study.split or (requests := requests_of_search(study)) is None:
+    if study.split or (requests := of_search(study.store.read_asked())) is None:
         return study
     if lacking := {"trial_id", PHASE} - set(requests.column_names):
         raise StoreError(
