@@ -238,7 +238,8 @@ def _axis(root: Entry, context: SpecContext) -> Axis:
     """Return the only axis of the spec, whose distributions are the prior."""
     axes = context.axes or ()
     entry = root.child(KEY.name)
-    if isinstance(root.child("sweep").value, list):
+    designs = root.get("sweep")
+    if designs and isinstance(designs.value, list):
         raise entry.error('"sweep" must be one mapping, not a list of designs')
     if len(axes) != 1:
         raise entry.error(
