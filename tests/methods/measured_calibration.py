@@ -1,0 +1,113 @@
+"""How often intervals of calibrations hold the truth, by the number of generations.
+
+`python -m tests.methods.measured_calibration 400` prints the table of
+docs/decisions/a-calibration-goes-in-generations.md, with this number of data sets.
+"""
+
+import sys
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sweep.methods.calibration.analysis import quantiles
+from sweep.methods.calibration.rule import Calibration, Prior, Summary
+from sweep.methods.calibration.targets import Target
+
+Floats = NDArray[np.float64]
+Simulate = Callable[[Floats, np.random.Generator], Floats]
+
+
+def mean_of_four(draws: Floats, rng: np.random.Generator) -> Floats:
+    """The mean of four normal values, whose mean is 0 to 3 and whose sd is 1."""
+    return 3.0 * draws[:, :1] + rng.normal(0.0, 0.5, (len(draws), 1))
+
+
+def ridge(draws: Floats, rng: np.random.Generator) -> Floats:
+    """A sum of two parameters, each 0 to 3, with little noise."""
+    return 3.0 * draws.sum(axis=1, keepdims=True) + rng.normal(
+        0.0, 0.1, (len(draws), 1)
+    )
+
+
+def heads(draws: Floats, rng: np.random.Generator) -> Floats:
+    """Heads of four tosses, from 0 to 4: many distances are equal."""
+    return rng.binomial(4, draws[:, :1]).astype(np.float64)
+
+
+def rule_of(parameters: int, generations: int, simulations: int) -> Calibration:
+    """A rule that spends so many simulations, half of them on the prior."""
+    draws = simulations if generations == 0 else simulations // 2
+    population = 100 if generations == 0 else simulations // 2 // generations
+    return Calibration(
+        to="data",
+        summaries=(Summary("speed", "mean"),),
+        priors={f"p{number}": Prior("uniform", (0, 1)) for number in range(parameters)},
+        axis="prior",
+        sampler="random",
+        draws=draws,
+        population=population,
+        generations=generations,
+        acceptance=0.0,
+        checks=0,
+        learnt=False,
+        replicates=1,
+    )
+
+
+def calibrated(
+    rule: Calibration, simulate: Simulate, truth: Floats, rng: np.random.Generator
+) -> Target:
+    """A calibration to data of a true draw, shape (1, D)."""
+    (data,) = simulate(truth, rng)
+    target = Target(1, data, rule)
+    draws = rng.random((rule.draws, truth.shape[1]))
+    target.begin(draws, simulate(draws, rng))
+    while not target.ended:
+        size = rule.population
+        draws, allowed = target.kernel.draw(
+            size, rng, lambda some: np.ones(len(some), np.bool_)
+        )
+        target.add(draws, simulate(draws, rng), allowed)
+    return target
+
+
+def coverage(simulate: Simulate, parameters: int, count: int) -> None:
+    """Print a row for each number of generations."""
+    for generations in (0, 2, 5, 10):
+        rng = np.random.default_rng(1)
+        rule = rule_of(parameters, generations, 2000)
+        inside = []
+        widths = []
+        targets = []
+        for _ in range(count):
+            truth = rng.random((1, parameters))
+            target = calibrated(rule, simulate, truth, rng)
+            population = target.population
+            drawn = population.draws[population.nearest, 0]
+            low, high = quantiles(drawn, population.weights, (0.025, 0.975))
+            inside.append(low <= truth[0, 0] <= high)
+            widths.append(high - low)
+            targets.append(population)
+        cells = (
+            simulate.__name__,
+            str(generations),
+            f"{np.median([each.tolerance for each in targets]):.3g}",
+            f"{np.mean([each.effective for each in targets]):.0f}",
+            f"{np.mean(inside):.3f}",
+            f"{np.mean(widths):.3f}",
+        )
+        print(f"| {' | '.join(cells)} |")
+
+
+def main(count: int) -> None:
+    """Print all rows."""
+    print("| model | generations | tolerance | effective | coverage | mean width |")
+    print("|---|---|---|---|---|---|")
+    coverage(mean_of_four, 1, count)
+    coverage(ridge, 2, count)
+    coverage(heads, 1, count)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]))
