@@ -10,7 +10,7 @@ import pyarrow as pa
 import pytest
 from jsonschema import Draft7Validator
 from ruamel.yaml import YAML
-from scipy.stats import kstest, norm, truncnorm
+from scipy.stats import binomtest, kstest, norm, truncnorm
 
 from sweep.campaigns.launching import check_launches, launch
 from sweep.campaigns.plan import plan_of
@@ -29,6 +29,13 @@ from sweep.spec.schema import json_schema
 from sweep.spec.study import parse_spec
 from sweep.trial.result import Result, failed
 from sweep.workers.executors import Serial
+from tests.methods.measured_calibration import (
+    Simulate,
+    heads,
+    mean_of_four,
+    measured,
+)
+from tests.methods.measured_calibration import ridge as ridge_of_two
 from tests.plotted import study as study_of
 from tests.searches import done, replace_trials
 
@@ -378,6 +385,17 @@ def test_ranks_of_known_parameters_are_uniform(
     report = posterior_report(found)
     assert report.facts["checked"]
     assert report.facts["checks"][0]["data_sets"] == 40
+
+
+@pytest.mark.parametrize(
+    ("simulate", "parameters"), [(mean_of_four, 1), (ridge_of_two, 2), (heads, 1)]
+)
+def test_intervals_hold_the_truth_as_often_as_they_say(
+    simulate: Simulate, parameters: int
+) -> None:
+    """With a chance of a false alarm of 0.1 % each, for another seed."""
+    _, _, inside, _ = measured(simulate, parameters, 5, 100)
+    assert binomtest(round(100 * inside), 100, 0.95).pvalue > 0.001
 
 
 def test_ranks_of_a_posterior_that_is_too_narrow_are_not_uniform() -> None:
