@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 def posterior(
     study: "StoredStudy",
 ) -> "Report":
-    """Estimate the parameters that data support (needs `calibrate`).
+    """Estimate parameters that data support (needs `calibrate`).
 
     The report has the distance of the data from what the model can do, credible
     intervals of the parameters, the posterior predictive of each summary, the
