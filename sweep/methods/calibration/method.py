@@ -51,8 +51,8 @@ def status(study: "StoredStudy") -> dict[str, str]:
         return {}
     try:
         return {"calibration": settled_in_words(of(study, checked=False))}
-    except StoreError:
-        return {"calibration": "no simulation has all summaries yet"}
+    except StoreError as error:
+        return {"calibration": str(error)}
 
 
 def unfinished(study: "StoredStudy") -> str:

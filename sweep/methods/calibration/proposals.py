@@ -137,7 +137,7 @@ class Generation(NamedTuple):
     size : int
         Number of simulations.
     kernel : ProposalKernel or None
-        ProposalKernel that proposed; None for the prior.
+        Kernel that proposed the draws; None for the prior.
     allowed : float
         Fraction of the mass of the kernel, or of the prior, that the spec allows.
     accepted : float
@@ -209,7 +209,7 @@ class Population:
         draws : array of float, shape (n, D)
         distances : array of float, shape (n,)
         kernel : ProposalKernel, optional
-            ProposalKernel that proposed the draws; by default the prior.
+            Kernel that proposed the draws; by default the prior.
         allowed : float, default 1
             Fraction of the mass of the kernel, or of the prior, that the spec allows.
         """

@@ -138,14 +138,17 @@ def read_calibrate(root: Entry, context: SpecContext) -> Calibration | None:
     entry.mapping()
     with mistakes.noted():
         check_keys(entry, Calibrate)
-    values = read_values(Calibrate, entry, mistakes)
+    with mistakes.noted():
+        numbers = Mistakes()
+        values = read_values(Calibrate, entry, numbers)
+        numbers.check()
     summaries = mistakes.read(_summaries, entry.get("summaries"), context) or ()
     if context.replication:
         mistakes.read(_check_trials, root, summaries, context)
     axis = None
     if context.axes is not None:
         axis = mistakes.read(_axis, root, context)
-    if axis and not mistakes:
+    if axis and not numbers:
         mistakes.read(_check_draws, root, axis, values["population"])
     mistakes.read(_check_streams, root)
     mistakes.check()
@@ -251,9 +254,8 @@ def _axis(root: Entry, context: SpecContext) -> Axis:
     if axis.when or axis.continued:
         key = "when" if axis.when else "continue"
         raise written.child(key).error(f'the axis of a prior takes no "{key}"')
-    drawn = axis.name in context.settings
     usable = [name for name, each in SAMPLERS.items() if each.blocks is None]
-    if axis.sampler not in usable and not (drawn and axis.sampler):
+    if axis.sampler not in usable:
         raise written.error(
             f'"{axis.name}" is no prior: write {{sample: random, points: 2000, ...}}'
             f" with a distribution per parameter; samplers: {', '.join(usable)}"
