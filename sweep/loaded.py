@@ -11,7 +11,7 @@ from sweep.analysis import CHANCE, CONFIDENCE, MeanKind
 from sweep.errors import ChoiceError
 from sweep.method import methods
 from sweep.methods.adaptive import stopping
-from sweep.methods.calibration import Posterior, posterior
+from sweep.methods.calibration import Odds, Posterior, odds, posterior
 from sweep.methods.power import NOTHING, needed_replicates
 from sweep.methods.refinement import Boundary, find_boundary
 from sweep.methods.robustness import Validity, check_conclusions
@@ -84,6 +84,31 @@ class LoadedStudy(StoredStudy):
         >>> fit.draws.to_parquet("posterior.parquet")
         """
         return posterior(self)
+
+    def odds(self, *others: StoredStudy) -> Odds:
+        """Return how probable this and other calibrated models are, given the data.
+
+        Parameters
+        ----------
+        *others : StoredStudy
+            Studies with other models or priors, and with the same data and summaries.
+
+        Raises
+        ------
+        ChoiceError
+            A study has no `calibrate`, is named twice, or has other data or summaries.
+        StoreError
+            A study has no simulation with all summaries yet.
+
+        Examples
+        --------
+        >>> odds = sweep.load("my/fit").odds(sweep.load("my/wide_fit"))
+        >>> odds.models[["study", "probability"]].round(1)
+                 study  probability
+        0       my/fit          0.6
+        1  my/wide_fit          0.4
+        """
+        return odds((self, *others))
 
     def table(
         self,

@@ -214,6 +214,17 @@ def test_a_posterior(folder: Path) -> None:
     table = sweep(folder, "posterior", "fit", "--csv").stdout
     assert table.startswith("weight,distance,generation,separation_weight")
     assert table.count("\n") == 51
+    table = sweep(folder, "posterior", "fit", "--every", "--csv").stdout
+    assert table.startswith("distance,generation,separation_weight")
+    assert table.count("\n") == 1 + 60 + 50
+    spec = spec.replace("[0, 2]", "[0, 3]").replace("study: fit", "study: other")
+    (folder / "other.yaml").write_text(f"{spec}calibrate: {rule}\n")
+    assert sweep(folder, "launch", "other.yaml").returncode == 0
+    run = sweep(folder, "odds", "fit", "other", "--json")
+    said = agree(run.stdout, chapters()["sweep odds --json"])
+    assert sum(row["probability"] for row in said["models"]) == pytest.approx(1.0)
+    table = sweep(folder, "odds", "fit", "other", "--csv").stdout
+    assert table.count("\n") == 3
 
 
 def test_a_loop(folder: Path) -> None:

@@ -19,6 +19,7 @@ READING: dict[str, tuple[str, ...]] = {
     "compare": ("STUDY", "group/small"),
     "columns": ("STUDY",),
     "posterior": ("STUDY",),
+    "odds": ("STUDY", "group/small"),
     "profiles": ("STUDY",),
     "power": ("STUDY", "--half-width", "speed=1"),
     "boundary": ("STUDY",),

@@ -139,6 +139,17 @@ calibrate: {to: "my/first:separation_weight=1", summaries: [speed], population: 
   generations: 1}
 record: {metrics: [speed]}
 """,
+    """\
+study: my/wide_fit
+model: nguyen2024
+fixed: {n: 8, steps: 20}
+sweep:
+  prior: {sample: random, points: 100, separation_weight: {uniform: [0, 5]}}
+replicates: 2
+calibrate: {to: "my/first:separation_weight=1", summaries: [speed], population: 50,
+  generations: 1}
+record: {metrics: [speed]}
+""",
 ]
 """Specs of small studies for the methods of `LoadedStudy`, one for each method."""
 UNSTATED = 'source="not stated"', 'source=""'

@@ -56,10 +56,15 @@ def rule_of(parameters: int, generations: int, simulations: int) -> Calibration:
 
 
 def calibrated(
-    rule: Calibration, simulate: Simulate, truth: Floats, rng: np.random.Generator
+    rule: Calibration,
+    simulate: Simulate,
+    truth: Floats,
+    rng: np.random.Generator,
+    data: Floats | None = None,
 ) -> Target:
-    """A calibration to data of a true draw, shape (1, D)."""
-    (data,) = simulate(truth, rng)
+    """A calibration to data, by default of a true draw, shape (1, D)."""
+    if data is None:
+        (data,) = simulate(truth, rng)
     target = Target(1, data, rule)
     draws = rng.random((rule.draws, truth.shape[1]))
     target.begin(draws, simulate(draws, rng))

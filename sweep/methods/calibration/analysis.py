@@ -94,6 +94,10 @@ class Posterior:
     draws : DataFrame
         One row per kept simulation, the nearest first. Columns: weight, with the sum 1;
         distance; generation; the parameters; the summaries.
+    simulated : DataFrame
+        One row per simulation for the data, in the order of the launch, with the
+        columns of `draws` but the weight. The distance of a simulation without a
+        summary is infinite. The simulations of generation 0 are from the prior.
     parameters : DataFrame
         One row per parameter with numbers. Columns: parameter, unit, mean, sd, median,
         low and high (the 95 % credible interval), prior_low and prior_high (the same of
@@ -130,6 +134,7 @@ class Posterior:
     tolerance: float
     effective: float
     draws: pd.DataFrame
+    simulated: pd.DataFrame
     parameters: pd.DataFrame
     choices: pd.DataFrame
     predictive: pd.DataFrame
@@ -143,6 +148,18 @@ def is_calibrated(study: StoredStudy) -> bool:
     """Return whether the spec of a stored study has `calibrate`."""
     requests = study.asked
     return requests is not None and ABOUT in (requests.schema.metadata or {})
+
+
+def check_is_calibrated(study: StoredStudy) -> None:
+    """Raise ChoiceError unless the whole of a study with `calibrate` is loaded."""
+    if not is_calibrated(study):
+        raise ChoiceError(
+            'the spec has no "calibrate", so there is no posterior;'
+            " see sweep guide calibration",
+            study.name,
+        )
+    if study.restricted:
+        raise ChoiceError("a calibration cannot be restricted by where", study.name)
 
 
 def is_finished(study: StoredStudy) -> bool:
@@ -212,22 +229,10 @@ def posterior(study: StoredStudy, *, checked: bool = True) -> Posterior:
     StoreError
         The plan is damaged, or no simulation has all summaries.
     """
-    if not is_calibrated(study):
-        raise ChoiceError(
-            'the spec has no "calibrate", so there is no posterior;'
-            " see sweep guide calibration",
-            study.name,
-        )
-    if study.restricted:
-        raise ChoiceError("a calibration cannot be restricted by where", study.name)
-    simulated = _Simulated(study, checked=checked)
-    targets = {target.number: target for target in simulated.targets()}
-    target = targets.pop(DATA, None)
-    if target is None or not len(target.population.nearest):
-        raise StoreError(
-            "no simulation has all summaries yet; launch the study", study.name
-        )
-    ranks = simulated.ranks([*targets.values()])
+    check_is_calibrated(study)
+    simulated = StoredSimulations(study, checked=checked)
+    target, *checks = simulated.targets()
+    ranks = simulated.ranks(checks)
     return Posterior(
         study=study.name,
         rule=simulated.rule,
@@ -238,6 +243,7 @@ def posterior(study: StoredStudy, *, checked: bool = True) -> Posterior:
         tolerance=target.population.tolerance,
         effective=target.population.effective,
         draws=simulated.kept(target),
+        simulated=simulated.every(target),
         parameters=simulated.estimates(target),
         choices=simulated.choices(target),
         predictive=simulated.predictive(target),
@@ -248,10 +254,24 @@ def posterior(study: StoredStudy, *, checked: bool = True) -> Posterior:
     )
 
 
-class _Simulated:
-    """The simulations of a stored calibration, in the order of the requests."""
+class StoredSimulations:
+    """The simulations of a stored calibration, in the order of the requests.
 
-    def __init__(self, study: StoredStudy, *, checked: bool) -> None:
+    Parameters
+    ----------
+    study : StoredStudy
+    checked : bool, default False
+        Whether synthetic data sets are read too, which takes most of the time.
+
+    Attributes
+    ----------
+    rule : Calibration
+    summaries : array of float, shape (simulations, S)
+    parameters : DataFrame
+        Values of the calibrated parameters, one row per simulation.
+    """
+
+    def __init__(self, study: StoredStudy, *, checked: bool = False) -> None:
         table = study.asked
         assert table is not None
         self.study = study
@@ -330,10 +350,15 @@ class _Simulated:
         return rows
 
     def targets(self) -> list[Target]:
-        """Return the data and the synthetic data sets with their whole generations.
+        """Return the data, and the synthetic data sets, with their whole generations.
 
         A generation that still runs does not count: its weights would count simulations
         without a distance.
+
+        Raises
+        ------
+        StoreError
+            No simulation for the data has all summaries.
         """
         data = np.array(self.description["data"], np.float64)
         targets = list[Target]()
@@ -351,6 +376,12 @@ class _Simulated:
             target.begin(self.draws[prior], self.summaries[prior])
             self._continue(target)
             targets.append(target)
+        has_data = targets and targets[0].number == DATA
+        if not has_data or not len(targets[0].population.nearest):
+            raise StoreError(
+                "no simulation has all summaries yet; launch the study",
+                self.study.name,
+            )
         return targets
 
     def _continue(self, target: Target) -> None:
@@ -363,8 +394,13 @@ class _Simulated:
                 return
             target.add(self.draws[rows], self.summaries[rows], fraction)
 
-    def _places(self, target: Target) -> NDArray[np.intp]:
-        """Return the simulations of a data set, in the order of its population."""
+    def places(self, target: Target) -> NDArray[np.intp]:
+        """Return the simulations of a data set, in the order of its population.
+
+        Parameters
+        ----------
+        target : Target
+        """
         generations = range(len(target.population.generations))
         rows = [self.rows(target.number, generation) for generation in generations]
         return np.concatenate([np.flatnonzero(some) for some in rows])
@@ -372,11 +408,21 @@ class _Simulated:
     def kept(self, target: Target) -> pd.DataFrame:
         """Return the kept simulations of a data set, the nearest first."""
         population = target.population
-        places = self._places(target)[population.nearest]
+        table = self.every(target).iloc[population.nearest].reset_index(drop=True)
+        table.insert(0, "weight", population.weights)
+        return table
+
+    def every(self, target: Target) -> pd.DataFrame:
+        """Return all simulations of a data set, in the order of the launch.
+
+        Parameters
+        ----------
+        target : Target
+        """
+        places = self.places(target)
         table = pd.DataFrame(
             {
-                "weight": population.weights,
-                "distance": population.distances[population.nearest],
+                "distance": target.population.distances,
                 "generation": self.generation[places],
             }
         )
@@ -443,7 +489,7 @@ class _Simulated:
 
     def predictive(self, target: Target) -> pd.DataFrame:
         """Return the summaries of the kept simulations beside those of the data."""
-        summaries = self.summaries[self._places(target)[target.population.nearest]]
+        summaries = self.summaries[self.places(target)[target.population.nearest]]
         weights = target.population.weights
         prior = self.summaries[self.rows(DATA, PRIOR)]
         rows = []

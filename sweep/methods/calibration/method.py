@@ -1,6 +1,9 @@
-"""The entry of calibration, with its section and its command."""
+"""The entry of calibration, with its section and its commands."""
 
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
 
 from sweep.method import Method
 
@@ -9,28 +12,80 @@ if TYPE_CHECKING:
 
     from sweep.figures import FigureKind
     from sweep.spec import SpecSection
+    from sweep.store import Location
     from sweep.tables import Report, StoredStudy
 
 
 def posterior(
     study: "StoredStudy",
+    every: Annotated[
+        bool,
+        typer.Option("--every", help="All simulations in the CSV, not only kept ones."),
+    ] = False,
 ) -> "Report":
     """Estimate parameters that data support (needs `calibrate`).
 
     The report has the distance of the data from what the model can do, credible
     intervals of the parameters, the posterior predictive of each summary, the
     generations, and simulation-based calibration. The CSV has a row per kept
-    simulation, with its weight.
+    simulation, with its weight. With --every, the CSV has all simulations, with
+    parameters and summaries, for programs that train a network.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    every : bool, default False
+        Whether the CSV has all simulations, without weights.
 
     Examples
     --------
     sweep posterior my/fit
     sweep posterior my/fit --csv > draws.csv
+    sweep posterior my/fit --every --csv > simulations.csv
     """
     from sweep.methods.calibration import analysis
     from sweep.methods.calibration.report import posterior_report
 
-    return posterior_report(analysis.posterior(study))
+    return posterior_report(analysis.posterior(study), every=every)
+
+
+def odds(
+    studies: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="STUDY...",
+            help="Calibrated studies of the models, with the same data and summaries.",
+        ),
+    ],
+    results: "Location" = Path("results"),
+) -> "Report":
+    """Print how probable each of several calibrated models is.
+
+    The report has the Bayes factors and posterior probabilities of the models, with
+    confidence intervals, at several tolerances. Simulations of the priors test whether
+    the summaries tell the models apart. The CSV has a row per study.
+
+    Parameters
+    ----------
+    studies : list of str
+        Names of at least two studies with `calibrate`.
+    results : Location, default Path("results")
+        Folder of stored studies.
+
+    Returns
+    -------
+    Report
+
+    Examples
+    --------
+    sweep odds my/fit my/fit_without_alignment
+    sweep odds my/fit my/other my/third --json
+    """
+    from sweep.methods.calibration import odds as of
+    from sweep.methods.calibration import odds_report
+    from sweep.tables import StoredStudy
+
+    return odds_report(of([StoredStudy(name, results) for name in studies]))
 
 
 def figures() -> "dict[str, FigureKind]":
@@ -73,6 +128,7 @@ def sections() -> "Sequence[SpecSection]":
 
 METHOD = Method(
     reports=(posterior,),
+    reports_of_results=(odds,),
     figures=figures,
     in_figures=("posterior_figure",),
     status=status,

@@ -1,4 +1,4 @@
-"""The report of a calibrated study: misfit first, then estimates and their checks."""
+"""The reports of calibrated studies: misfit first, then estimates and their checks."""
 
 import math
 from collections.abc import Iterator, Mapping
@@ -6,6 +6,7 @@ from typing import Any
 
 from sweep.analysis import number, percent, with_interval
 from sweep.methods.calibration.analysis import LEVELS, Posterior
+from sweep.methods.calibration.odds import Odds
 from sweep.tables import Report, TextTable, brief, json_rows
 from sweep.text import so_many
 
@@ -15,10 +16,16 @@ FEW = 100
 """Effective number of draws below which estimates are rough."""
 
 
-def posterior_report(outcome: Posterior) -> Report:
+def posterior_report(outcome: Posterior, *, every: bool = False) -> Report:
     """Return the posterior: its CSV has a row per kept simulation, with its weight.
 
     docs/json.md describes the keys of the JSON form.
+
+    Parameters
+    ----------
+    outcome : Posterior
+    every : bool, default False
+        Whether the CSV has all simulations for the data, without weights.
     """
     parts: list[TextTable | str] = [*_fit(outcome)]
     if not outcome.parameters.empty:
@@ -28,7 +35,8 @@ def posterior_report(outcome: Posterior) -> Report:
     parts += [_predictive(outcome), _generations(outcome)]
     if not outcome.checks.empty:
         parts.append(_checks(outcome))
-    return Report(outcome.draws, _facts(outcome), parts)
+    rows = outcome.simulated if every else outcome.draws
+    return Report(rows, _facts(outcome), parts)
 
 
 def _facts(outcome: Posterior) -> dict[str, Any]:
@@ -246,4 +254,103 @@ def settled_in_words(outcome: Posterior) -> str:
     return (
         f"generation {last['generation']}, tolerance {last['tolerance']:.3g},"
         f" {last['effective']:,.0f} independent draws; {state}"
+    )
+
+
+def odds_report(outcome: Odds) -> Report:
+    """Return the odds of several models: the CSV has a row per study.
+
+    docs/json.md describes the keys of the JSON form.
+    """
+    parts: list[TextTable | str] = [
+        *_misfits(outcome),
+        _models(outcome),
+        _by_tolerance(outcome),
+        _told_apart(outcome),
+    ]
+    tables = ("summaries", "models", "tolerances", "told_apart")
+    facts = {
+        "to": outcome.to,
+        "data_trials": outcome.data_trials,
+        "tolerance": outcome.tolerance,
+        **{name: json_rows(getattr(outcome, name)) for name in tables},
+    }
+    return Report(outcome.models, facts, parts)
+
+
+def _misfits(outcome: Odds) -> Iterator[str]:
+    """Yield a line per model that hardly produces the data."""
+    rows = outcome.models.to_dict("records")
+    misfits = [row for row in rows if row["fit"] < UNLIKELY]
+    for row in misfits:
+        yield (
+            f"misfit: only {percent(row['fit'])} of data sets from the prior of"
+            f" {row['study']} are as far away from the simulations as the data"
+        )
+    if len(misfits) == len(rows):
+        yield "no model produces such data: the odds tell the least wrong model"
+
+
+def _models(outcome: Odds) -> TextTable:
+    best = outcome.models["evidence"].max()
+    rows = []
+    for row in outcome.models.to_dict("records"):
+        is_best = row["evidence"] == best
+        rows.append(
+            [
+                str(row["study"]),
+                str(row["model"]),
+                f"{row['near']:,} of {row['simulations']:,}",
+                _significant(row, "evidence"),
+                "1" if is_best else _significant(row, "factor"),
+                _significant(row, "probability"),
+            ]
+        )
+    trials = so_many(outcome.data_trials, "trial")
+    return TextTable(
+        columns=["study", "model", "near", "evidence", "Bayes factor", "probability"],
+        rows=rows,
+        title=f"odds given {outcome.to} ({trials}), equally probable before",
+        caption=(
+            f"near: simulations within {outcome.tolerance:.3g} spreads of the data;"
+            " evidence: the probability of that under the prior; Bayes factor: against"
+            " the largest evidence; 95 % confidence intervals. The odds depend on the"
+            " priors and on the summaries."
+        ),
+    )
+
+
+def _significant(row: Mapping[Any, Any], name: str) -> str:
+    value, low, high = (row[f"{name}{end}"] for end in ("", "_low", "_high"))
+    return f"{value:.2g} ({low:.2g} to {high:.2g})"
+
+
+def _by_tolerance(outcome: Odds) -> TextTable:
+    names = outcome.models["study"].tolist()
+    rows = []
+    for tolerance, some in outcome.tolerances.groupby("tolerance"):
+        cells = [_significant(row, "probability") for row in some.to_dict("records")]
+        rows.append([f"{tolerance:.3g}", *cells])
+    return TextTable(
+        columns=["tolerance", *names],
+        rows=rows,
+        caption="probabilities by tolerance: they must not depend on it",
+    )
+
+
+def _told_apart(outcome: Odds) -> TextTable:
+    names = outcome.models["study"].tolist()
+    rows = []
+    for name in names:
+        some = outcome.told_apart[outcome.told_apart["study"] == name]
+        shares = [percent(share) for share in some["probability"]]
+        rows.append([name, *shares, percent(some["right"].iloc[0])])
+    return TextTable(
+        columns=["data sets of", *names, "told right"],
+        rows=rows,
+        title="do the summaries tell the models apart?",
+        caption=(
+            "mean probability of each study, if simulations of the priors are the data;"
+            " told right: the most probable study is the true one"
+        ),
     )

@@ -1,0 +1,180 @@
+"""How much data speak for each of several models: evidence, odds, and their errors.
+
+The evidence of a model is the probability that a simulation, with parameters from the
+prior, is within the tolerance of the data. The ratio of two such probabilities is the
+Bayes factor of the summaries (Grelaud et al. 2009).
+"""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import binomtest
+
+Floats = NDArray[np.float64]
+LEVEL = 0.95
+NORMAL = 1.959963984540054
+"""Quantile of the normal distribution at the upper end of a 95 % interval."""
+FEW = 10
+"""Effective number of simulations below which an interval is binomial."""
+NEAR = 0.01
+"""Fraction of the simulations of the priors that are near a synthetic data set."""
+FEWEST_NEAR = 20
+MOST_DATA_SETS = 200
+"""Most synthetic data sets of a model that test whether models are told apart."""
+
+
+class Interval(NamedTuple):
+    """An estimate with the ends of its 95 % confidence interval, none below 0."""
+
+    value: float
+    low: float
+    high: float
+
+
+class Evidence(NamedTuple):
+    """Probability that a simulation is within the tolerance of the data.
+
+    Attributes
+    ----------
+    probability : Interval
+    near : int
+        Number of simulations within the tolerance.
+    effective : float
+        Number of independent simulations that those within the tolerance are worth.
+    """
+
+    probability: Interval
+    near: int
+    effective: float
+
+
+def evidence(weights: Floats, near: NDArray[np.bool_], of_prior: int) -> Evidence:
+    """Return the evidence of a model.
+
+    With few simulations within the tolerance, the interval is the binomial one of the
+    draws from the prior (Clopper and Pearson), which needs no normal approximation.
+
+    Parameters
+    ----------
+    weights : array of float, shape (N,)
+        Density of the prior over the density of all generations together.
+    near : array of bool, shape (N,)
+        Which simulations are within the tolerance.
+    of_prior : int
+        Number of draws from the prior, which come first.
+    """
+    counted = np.where(near, weights, 0.0)
+    value = float(counted.mean())
+    squares = float((counted**2).sum())
+    effective = float(counted.sum()) ** 2 / squares if squares else 0.0
+    if effective < FEW:
+        hits = int(near[:of_prior].sum())
+        ends = binomtest(hits, of_prior).proportion_ci(LEVEL, method="exact")
+        low, high = min(float(ends.low), value), max(float(ends.high), value)
+    else:
+        error = float(counted.std(ddof=1)) / math.sqrt(len(counted)) / value
+        low, high = value * math.exp(-NORMAL * error), value * math.exp(NORMAL * error)
+    return Evidence(Interval(value, low, high), int(near.sum()), effective)
+
+
+def ratio(above: Interval, below: Interval) -> Interval:
+    """Return the ratio of two independent estimates.
+
+    The ends are those of the difference of logarithms, from the intervals of both
+    (Zou and Donner 2008).
+
+    Parameters
+    ----------
+    above, below : Interval
+        `below` has a value above 0.
+    """
+    if above.value == 0.0:
+        return Interval(0.0, 0.0, above.high / below.low if below.low else math.inf)
+    value = above.value / below.value
+    down = math.hypot(_log(above.value, above.low), _log(below.high, below.value))
+    up = math.hypot(_log(above.high, above.value), _log(below.value, below.low))
+    high = value * math.exp(up) if up < math.inf else math.inf
+    return Interval(value, value * math.exp(-down), high)
+
+
+def _log(larger: float, smaller: float) -> float:
+    return math.log(larger / smaller) if smaller else math.inf
+
+
+def total(estimates: Sequence[Interval]) -> Interval:
+    """Return the sum of independent estimates, with its interval (Zou and Donner 2008).
+
+    Parameters
+    ----------
+    estimates : sequence of Interval
+    """
+    value = math.fsum(each.value for each in estimates)
+    down = math.hypot(*(each.value - each.low for each in estimates))
+    up = math.hypot(*(each.high - each.value for each in estimates))
+    return Interval(value, max(0.0, value - down), value + up)
+
+
+def probabilities(estimates: Sequence[Interval]) -> list[Interval]:
+    """Return the posterior probability of each model, if all are as likely before.
+
+    Parameters
+    ----------
+    estimates : sequence of Interval
+        Evidence of each model. One at least has a value above 0.
+    """
+    shares = list[Interval]()
+    for number, own in enumerate(estimates):
+        against = total([*estimates[:number], *estimates[number + 1 :]])
+        if against.value:
+            odds = ratio(own, against)
+            shares.append(Interval(*(_share(each) for each in odds)))
+        else:
+            low = ratio(against, own).high
+            shares.append(Interval(1.0, 1.0 / (1.0 + low), 1.0))
+    return shares
+
+
+def _share(odds: float) -> float:
+    return odds / (1.0 + odds) if odds < math.inf else 1.0
+
+
+def told_apart(features: Sequence[Floats]) -> list[tuple[float, Floats]]:
+    """Return how well summaries tell models apart, for data sets of each model.
+
+    Simulations of the priors serve as data in turn. The nearest of all other
+    simulations are counted by model (cross-validation, Csillery et al. 2012).
+
+    Parameters
+    ----------
+    features : sequence of array of float, shape (n, S) each
+        Scaled summaries of draws from the prior of each model, as many of each.
+
+    Returns
+    -------
+    list of (float, array of float)
+        For data sets of each model: the fraction for which the model is the most
+        probable, and the mean posterior probability of each model.
+    """
+    of_model = np.repeat(np.arange(len(features)), [len(each) for each in features])
+    pooled = np.concatenate(features)
+    near = min(len(pooled) - 1, max(FEWEST_NEAR, round(NEAR * len(pooled))))
+    rows = list[tuple[float, Floats]]()
+    for number, each in enumerate(features):
+        first = int(np.flatnonzero(of_model == number)[0])
+        shares = list[Floats]()
+        for place, data in enumerate(each[:MOST_DATA_SETS], start=first):
+            away = ((pooled - data) ** 2).sum(axis=1)
+            away[place] = np.inf
+            # All as near as the last count: a choice among ties favours one model.
+            nearest = of_model[away <= np.partition(away, near - 1)[near - 1]]
+            counts = np.bincount(nearest, minlength=len(features))
+            shares.append(counts / len(nearest))
+        table = np.stack(shares)
+        # Half a data set for two models that are equally probable.
+        best = table == table.max(axis=1, keepdims=True)
+        right = float((best[:, number] / best.sum(axis=1)).mean())
+        rows.append((right, table.mean(axis=0)))
+    return rows
