@@ -85,13 +85,13 @@ class LoadedStudy(StoredStudy):
         """
         return posterior(self)
 
-    def odds(self, *others: StoredStudy) -> Odds:
+    def odds(self, *studies: StoredStudy) -> Odds:
         """Return how probable this and other calibrated models are, given the data.
 
         Parameters
         ----------
-        *others : StoredStudy
-            Studies with other models or priors, and with the same data and summaries.
+        *studies : StoredStudy
+            Studies with other models or priors, and with the same data.
 
         Raises
         ------
@@ -108,7 +108,7 @@ class LoadedStudy(StoredStudy):
         0       my/fit          0.6
         1  my/wide_fit          0.4
         """
-        return odds((self, *others))
+        return odds((self, *studies))
 
     def table(
         self,

@@ -17,6 +17,8 @@ ratio within one run.
                 steps
     study       a launch of a twentieth of the gain study, and the time of all of it
     ranks       rank correlations of a sample, against ranking each resample anew
+    calibrate   error of a posterior by the number of simulations, against pyABC
+                (skipped where it is not installed)
     lanes       trials that fly together, against the same trials alone
     robots      what the senses and motors of boids cost, and what plans say of them
     view        what being watched costs a run, and how many frames a page gets
@@ -44,6 +46,7 @@ from sweep.design.jobs import Job
 from sweep.own_code.reading import named_model
 from sweep.trial.simulation import Simulation
 from tests import ROOT
+from tests.bench.calibrate import calibrate
 from tests.bench.cases import BEST, MODEL, covering, large
 from tests.bench.cpp import cpp
 from tests.bench.device import device
@@ -183,6 +186,7 @@ ALL: dict[str, Callable[..., object]] = {
     "first": first,
     "study": study,
     "ranks": ranks,
+    "calibrate": calibrate,
     "lanes": lanes,
     "robots": robots,
     "view": view,

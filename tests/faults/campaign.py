@@ -39,6 +39,27 @@ OWN = (
     .replace("steps: 500", "steps: 1500, map: ./places.py")
 )
 """The same with an own model and map."""
+DATA = """
+study: data
+model: nguyen2024
+preset: as_run
+fixed: {n: 60, steps: 300, separation_weight: 1.5}
+replicates: 3
+record: {series: [speed], every: 50}
+"""
+CALIBRATED = """
+study: faulty
+model: nguyen2024
+preset: as_run
+fixed: {n: 60, steps: 300}
+sweep:
+  prior: {sample: random, points: 60, separation_weight: {uniform: [0, 3]}}
+calibrate: {to: data, summaries: [speed], population: 50, generations: 3}
+replicates: 3
+seed: 5
+record: {series: [speed], every: 50}
+"""
+"""A calibration to `DATA`: which trials come next depends on those that are stored."""
 LAUNCH = [
     sys.executable,
     "-c",
@@ -72,16 +93,22 @@ def tables(folder: Path) -> dict[str, str]:
 
 class Campaign:
     """Disturbed studies of a spec below `folder`, each compared with one in peace;
-    `counts` says what was done to them.
+    `counts` says what was done to them. The spec `data` is launched before each.
     """
 
-    def __init__(self, folder: Path, seed: int, spec: str = SPEC) -> None:
+    def __init__(
+        self, folder: Path, seed: int, spec: str = SPEC, data: str = ""
+    ) -> None:
         self.folder = folder
         self.files = FILES | {"spec.yaml": spec}
         self.random = Random(seed)
         self.counts: Counter[str] = Counter()
+        self.data = data
+        if data:
+            launched(data, folder / "undisturbed")
         launched(spec, folder / "undisturbed")
         self.whole = tables(folder / "undisturbed" / "faulty")
+        self.trials = len(Store(folder / "undisturbed" / "faulty").trial_ids())
 
     def study(self, launches: int) -> None:
         """Disturb a new study by that many launches, then let it be completed, and
@@ -92,6 +119,8 @@ class Campaign:
         place.mkdir()
         for name, text in self.files.items():
             (place / name).write_text(text)
+        if self.data:
+            launched(self.data, place / "results")
         for _ in range(launches):
             self.disturbed_launch(place)
             if self.random.random() < 0.75:
@@ -158,7 +187,7 @@ class Campaign:
         """
         assert tables(folder) == self.whole
         rows = sum(len(ids) for ids in map(trial_ids, Store(folder).all_parts()))
-        assert rows == len(Store(folder).trial_ids()) == 120
+        assert rows == len(Store(folder).trial_ids()) == self.trials
         assert list((folder / "writing").iterdir()) == []
         assert not (folder / "lock").exists()
         damaged = folder / "damaged"

@@ -6,7 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from tests.faults.campaign import OWN, SPEC, Campaign
+from sweep.loaded import LoadedStudy
+from tests.commands import started
+from tests.faults.campaign import CALIBRATED, DATA, OWN, SPEC, Campaign, tables
+from tests.studies import launched
 
 
 @pytest.mark.slow
@@ -39,3 +42,35 @@ def test_many_studies_survive_dozens_of_kills_and_truncations(
                 f"{count} {what}" for what, count in sorted(campaign.counts.items())
             )
             print(f"\nfault campaign: {done}", flush=True)
+
+
+@pytest.mark.slow
+def test_a_calibration_has_the_same_posterior_after_twenty_kills(
+    tmp_path: Path,
+) -> None:
+    campaign = Campaign(tmp_path, seed=3, spec=CALIBRATED, data=DATA)
+    while campaign.counts["coordinator kills"] + campaign.counts["worker kills"] < 20:
+        campaign.study(launches=8)
+    whole = LoadedStudy("faulty", tmp_path / "undisturbed").posterior()
+    for place in sorted(tmp_path.glob("study-*")):
+        posterior = LoadedStudy("faulty", place / "results").posterior()
+        assert posterior.draws.equals(whole.draws)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("workers", [1, 2, 8])
+def test_a_calibration_has_the_same_posterior_with_any_number_of_workers(
+    workers: int, tmp_path: Path
+) -> None:
+    (tmp_path / "spec.yaml").write_text(CALIBRATED)
+    launched(DATA, tmp_path / "results")
+    launched(DATA, tmp_path / "alone")
+    launched(CALIBRATED, tmp_path / "alone")
+    done = started(tmp_path, "launch", "spec.yaml", "--workers", str(workers))
+    assert done.returncode == 0, done.stderr
+    folders = [tmp_path / name / "faulty" for name in ("results", "alone")]
+    assert tables(folders[0]) == tables(folders[1])
+    draws = [
+        LoadedStudy("faulty", folder.parent).posterior().draws for folder in folders
+    ]
+    assert draws[0].equals(draws[1])

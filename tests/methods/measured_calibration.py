@@ -1,7 +1,8 @@
 """How often intervals of calibrations hold the truth, by the number of generations.
 
-`python -m tests.methods.measured_calibration 400` prints the table of
-docs/decisions/a-calibration-goes-in-generations.md, with this number of data sets.
+`python -m tests.methods.measured_calibration 400` prints the tables of
+docs/decisions/a-calibration-goes-in-generations.md, and of
+docs/decisions/odds-come-from-stored-calibrations.md, with this number of data sets.
 """
 
 import sys
@@ -9,8 +10,10 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import norm
 
 from sweep.methods.calibration.analysis import quantiles
+from sweep.methods.calibration.evidence import BoundedEstimate, evidence, ratio
 from sweep.methods.calibration.rule import Calibration, Prior, Summary
 from sweep.methods.calibration.targets import Target
 
@@ -101,6 +104,54 @@ def measured(
     return float(tolerance), float(effective), inside / count, float(np.mean(widths))
 
 
+def exact_evidence(
+    data: float, away: float, largest: float, error: float = 0.5
+) -> float:
+    """The probability that a normal value is near the data, with a uniform mean.
+
+    Its mean is 0 to `largest`, its sd is `error`, and the prior is a fine grid.
+    """
+    means = (np.arange(4000) + 0.5) * largest / 4000
+    ends = (data + away - means) / error, (data - away - means) / error
+    return float((norm.cdf(ends[0]) - norm.cdf(ends[1])).mean())
+
+
+def factors(
+    generations: int, away: float, count: int
+) -> list[tuple[BoundedEstimate, float, float]]:
+    """Bayes factors of a wide and a narrow prior: estimate, truth and least number of
+    independent simulations that an evidence rests on, for so many data sets.
+    """
+    rng = np.random.default_rng(4)
+    rows = []
+    while len(rows) < count:
+        truth = rng.random((1, 1))
+        (data,) = mean_of_four(truth, rng)
+        evidences = []
+        likely = []
+        for part in (1.0, 0.5):
+
+            def simulate(
+                draws: Floats, rng: np.random.Generator, part: float = part
+            ) -> Floats:
+                return mean_of_four(part * draws, rng)
+
+            rule = rule_of(1, generations, 1000)
+            target = calibrated(rule, simulate, truth, rng, data)
+            population = target.population
+            near = population.distances * target.distance.spread[0] <= away
+            weights = 1.0 / population.mixture(population.draws)
+            drawn = population.generations[0].size
+            evidences.append(evidence(weights, near, drawn))
+            likely.append(exact_evidence(float(data[0]), away, 3.0 * part))
+        wide, narrow = evidences
+        if wide.probability.value:
+            factor = ratio(narrow.probability, wide.probability)
+            least = min(wide.effective, narrow.effective)
+            rows.append((factor, likely[1] / likely[0], least))
+    return rows
+
+
 def main(count: int) -> None:
     """Print all rows."""
     print("| model | generations | tolerance | effective | coverage | mean width |")
@@ -113,6 +164,13 @@ def main(count: int) -> None:
                 f"| {simulate.__name__} | {generations} | {tolerance:.3g}"
                 f" | {effective:.0f} | {inside:.3f} | {width:.3f} |"
             )
+    print("\n| generations | tolerance | effective | coverage |\n|---|---|---|---|")
+    for generations in (0, 2, 5):
+        for away in (0.4, 0.1, 0.02):
+            rows = factors(generations, away, count)
+            covered = np.mean([row.low <= true <= row.high for row, true, _ in rows])
+            median = np.median([least for *_, least in rows])
+            print(f"| {generations} | {away} | {median:.0f} | {covered:.3f} |")
 
 
 if __name__ == "__main__":

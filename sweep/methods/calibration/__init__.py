@@ -10,7 +10,7 @@ targets    the data, and synthetic data sets that check the posterior
 strategy   the trials that a launch runs, and the table of simulations
 analysis   the posterior of a stored study, with its checks
 evidence   how much data speak for each of several models
-odds       the odds of several stored calibrations
+model_odds the odds of several stored calibrations
 
 report     posterior and odds as reports
 figure     the posterior as a figure

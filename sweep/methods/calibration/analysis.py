@@ -269,6 +269,8 @@ class StoredSimulations:
     summaries : array of float, shape (simulations, S)
     parameters : DataFrame
         Values of the calibrated parameters, one row per simulation.
+    points : Series
+        Id of the point of each simulation.
     """
 
     def __init__(self, study: StoredStudy, *, checked: bool = False) -> None:
@@ -288,9 +290,10 @@ class StoredSimulations:
         ids = table["trial_id"].combine_chunks()
         values = self._values(ids)
         self.summaries = summarised(rule.summaries, values)
-        plan = study.plan.select(["trial_id", *rule.priors]).to_pandas()
-        points = plan.set_index("trial_id").loc[ids.to_pylist()[first]]
-        self.parameters: pd.DataFrame = points.reset_index(drop=True)
+        plan = study.plan.select(["trial_id", "point", *rule.priors]).to_pandas()
+        rows = plan.set_index("trial_id").loc[ids.to_pylist()[first]]
+        self.parameters: pd.DataFrame = rows[[*rule.priors]].reset_index(drop=True)
+        self.points: pd.Series[str] = rows["point"].reset_index(drop=True)
 
     def _check(self, table: pa.Table) -> None:
         """Raise StoreError unless the table has whole simulations of trials."""
@@ -443,7 +446,7 @@ class StoredSimulations:
         rows = []
         for name in self.rule.priors:
             values = table[name]
-            if not _is_number(values):
+            if not is_number(values):
                 continue
             drawn = values.to_numpy(np.float64)
             mean = float((weights * drawn).sum())
@@ -472,7 +475,7 @@ class StoredSimulations:
         table = self.kept(target)
         rows = []
         for name, prior in self.rule.priors.items():
-            if DISTRIBUTIONS[prior.form].kind != "listed" or _is_number(table[name]):
+            if DISTRIBUTIONS[prior.form].kind != "listed" or is_number(table[name]):
                 continue
             drawn = self.parameters.loc[self.rows(DATA, PRIOR), name]
             for value in prior.arguments:
@@ -542,7 +545,8 @@ class StoredSimulations:
         return pd.DataFrame(rows, columns=[*self.rule.priors])
 
 
-def _is_number(values: "pd.Series[Any]") -> bool:
+def is_number(values: "pd.Series[Any]") -> bool:
+    """Return whether values are numbers, and not truth values."""
     return pd.api.types.is_numeric_dtype(values) and not pd.api.types.is_bool_dtype(
         values
     )

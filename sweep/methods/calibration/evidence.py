@@ -26,7 +26,7 @@ MOST_DATA_SETS = 200
 """Most synthetic data sets of a model that test whether models are told apart."""
 
 
-class Interval(NamedTuple):
+class BoundedEstimate(NamedTuple):
     """An estimate with the ends of its 95 % confidence interval, none below 0."""
 
     value: float
@@ -39,14 +39,14 @@ class Evidence(NamedTuple):
 
     Attributes
     ----------
-    probability : Interval
+    probability : BoundedEstimate
     near : int
         Number of simulations within the tolerance.
     effective : float
         Number of independent simulations that those within the tolerance are worth.
     """
 
-    probability: Interval
+    probability: BoundedEstimate
     near: int
     effective: float
 
@@ -73,14 +73,16 @@ def evidence(weights: Floats, near: NDArray[np.bool_], of_prior: int) -> Evidenc
     if effective < FEW:
         hits = int(near[:of_prior].sum())
         ends = binomtest(hits, of_prior).proportion_ci(LEVEL, method="exact")
-        low, high = min(float(ends.low), value), max(float(ends.high), value)
+        low = min(float(ends.low), value)
+        high = max(float(ends.high), value)
     else:
         error = float(counted.std(ddof=1)) / math.sqrt(len(counted)) / value
-        low, high = value * math.exp(-NORMAL * error), value * math.exp(NORMAL * error)
-    return Evidence(Interval(value, low, high), int(near.sum()), effective)
+        low = value * math.exp(-NORMAL * error)
+        high = value * math.exp(NORMAL * error)
+    return Evidence(BoundedEstimate(value, low, high), int(near.sum()), effective)
 
 
-def ratio(above: Interval, below: Interval) -> Interval:
+def ratio(above: BoundedEstimate, below: BoundedEstimate) -> BoundedEstimate:
     """Return the ratio of two independent estimates.
 
     The ends are those of the difference of logarithms, from the intervals of both
@@ -88,52 +90,54 @@ def ratio(above: Interval, below: Interval) -> Interval:
 
     Parameters
     ----------
-    above, below : Interval
+    above, below : BoundedEstimate
         `below` has a value above 0.
     """
     if above.value == 0.0:
-        return Interval(0.0, 0.0, above.high / below.low if below.low else math.inf)
+        return BoundedEstimate(
+            0.0, 0.0, above.high / below.low if below.low else math.inf
+        )
     value = above.value / below.value
     down = math.hypot(_log(above.value, above.low), _log(below.high, below.value))
     up = math.hypot(_log(above.high, above.value), _log(below.value, below.low))
     high = value * math.exp(up) if up < math.inf else math.inf
-    return Interval(value, value * math.exp(-down), high)
+    return BoundedEstimate(value, value * math.exp(-down), high)
 
 
 def _log(larger: float, smaller: float) -> float:
     return math.log(larger / smaller) if smaller else math.inf
 
 
-def total(estimates: Sequence[Interval]) -> Interval:
+def total(estimates: Sequence[BoundedEstimate]) -> BoundedEstimate:
     """Return the sum of independent estimates, with its interval (Zou and Donner 2008).
 
     Parameters
     ----------
-    estimates : sequence of Interval
+    estimates : sequence of BoundedEstimate
     """
     value = math.fsum(each.value for each in estimates)
     down = math.hypot(*(each.value - each.low for each in estimates))
     up = math.hypot(*(each.high - each.value for each in estimates))
-    return Interval(value, max(0.0, value - down), value + up)
+    return BoundedEstimate(value, max(0.0, value - down), value + up)
 
 
-def probabilities(estimates: Sequence[Interval]) -> list[Interval]:
+def probabilities(estimates: Sequence[BoundedEstimate]) -> list[BoundedEstimate]:
     """Return the posterior probability of each model, if all are as likely before.
 
     Parameters
     ----------
-    estimates : sequence of Interval
+    estimates : sequence of BoundedEstimate
         Evidence of each model. One at least has a value above 0.
     """
-    shares = list[Interval]()
+    shares = list[BoundedEstimate]()
     for number, own in enumerate(estimates):
         against = total([*estimates[:number], *estimates[number + 1 :]])
         if against.value:
             odds = ratio(own, against)
-            shares.append(Interval(*(_share(each) for each in odds)))
+            shares.append(BoundedEstimate(*(_share(each) for each in odds)))
         else:
             low = ratio(against, own).high
-            shares.append(Interval(1.0, 1.0 / (1.0 + low), 1.0))
+            shares.append(BoundedEstimate(1.0, 1.0 / (1.0 + low), 1.0))
     return shares
 
 

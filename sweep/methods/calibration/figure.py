@@ -2,22 +2,34 @@
 
 from functools import partial
 from importlib.util import find_spec
+from typing import Any
 
 import numpy as np
+import pandas as pd
 from matplotlib import style
 from matplotlib.figure import Figure
 
 from sweep.errors import ChoiceError
 from sweep.figures import (
     BLUE,
+    MOST_COLOURS,
     STYLE,
     Choices,
     FigureKind,
+    FigureMarks,
+    MarkedAxis,
+    MarkedPanel,
     Planned,
     note,
     quantity,
 )
-from sweep.methods.calibration.analysis import Posterior, posterior
+from sweep.methods.calibration.analysis import (
+    Posterior,
+    StoredSimulations,
+    check_is_calibrated,
+    is_number,
+    posterior,
+)
 from sweep.tables import StoredStudy
 from sweep.text import installing, so_many
 
@@ -123,15 +135,82 @@ def _note(outcome: Posterior) -> str:
     )
 
 
-def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
-    """Return a figure. Raises ChoiceError as `posterior_figure`, and for metrics."""
-    _check(study)
-    outcome = posterior(study)
+def _check_metrics(study: StoredStudy, choices: Choices) -> None:
     if choices.metrics:
         raise ChoiceError(
             "shows parameters, and takes no metric", study.name, "posterior"
         )
+
+
+def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
+    """Return a figure. Raises ChoiceError as `posterior_figure`, and for metrics."""
+    _check(study)
+    outcome = posterior(study)
+    _check_metrics(study, choices)
     return [Planned("", partial(draw_posterior, study, outcome))]
 
 
-KIND = FigureKind("the posterior of a calibrated study, by parameter", (), plan)
+def marks(study: StoredStudy, choices: Choices) -> FigureMarks:
+    """Return a panel per parameter: the distance from the data by its value.
+
+    The colours are the generations, and the kept simulations are marked as best.
+    Raises ChoiceError as `posterior_figure`, and for metrics.
+    """
+    _check_metrics(study, choices)
+    check_is_calibrated(study)
+    simulations = StoredSimulations(study)
+    target = simulations.targets()[0]
+    table = simulations.every(target)
+    population = target.population
+    nearest = np.zeros(len(table), np.bool_)
+    nearest[population.nearest] = True
+    most = min(len(population.generations), MOST_COLOURS) - 1
+    points = simulations.points.iloc[simulations.places(target)]
+    distance = population.distances
+    columns = {
+        "y": distance,
+        "low": distance,
+        "high": distance,
+        "n": simulations.rule.replicates,
+        "colour": table["generation"].clip(upper=most).to_numpy(),
+        "point": points.to_numpy(),
+        "best": nearest,
+    }
+    within = np.isfinite(distance)
+    generations = ["prior", *map(str, range(1, most + 1))]
+    if most + 1 < len(population.generations):
+        generations[-1] = f"from {most}"
+    return FigureMarks(
+        "points",
+        (),
+        [
+            _panel(study, name, table[name], pd.DataFrame(columns)[within])
+            for name in simulations.rule.priors
+        ],
+        f"{len(table):,} simulations of {study.name}, and their distance from"
+        f" {simulations.rule.to}; ringed: the {len(population.nearest):,} nearest;"
+        " sweep posterior prints the estimates",
+        by="generation",
+        values=tuple(generations),
+    )
+
+
+def _panel(
+    study: StoredStudy, name: str, values: "pd.Series[Any]", table: pd.DataFrame
+) -> MarkedPanel:
+    numbers = is_number(values)
+    names = () if numbers else tuple(dict.fromkeys(map(str, values)))
+    places = values if numbers else values.map(str).map(names.index)
+    table = table.assign(x=places[table.index].astype(float))
+    label = quantity(study, name)
+    return MarkedPanel(
+        "",
+        MarkedAxis(name, label, names=names),
+        MarkedAxis("distance", "distance from the data", low=0.0),
+        table,
+    )
+
+
+KIND = FigureKind(
+    "the posterior of a calibrated study, by parameter", (), plan, marks=marks
+)

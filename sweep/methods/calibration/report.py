@@ -6,7 +6,7 @@ from typing import Any
 
 from sweep.analysis import number, percent, with_interval
 from sweep.methods.calibration.analysis import LEVELS, Posterior
-from sweep.methods.calibration.odds import Odds
+from sweep.methods.calibration.model_odds import Odds
 from sweep.tables import Report, TextTable, brief, json_rows
 from sweep.text import so_many
 

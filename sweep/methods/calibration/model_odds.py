@@ -1,6 +1,5 @@
 """The odds of several models, from stored calibrations to the same data."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -43,18 +42,18 @@ class Odds:
     tolerance : float
         Distance within which a simulation counts, in spreads.
     models : DataFrame
-        One row per study. Columns: study, model, simulations, near (simulations within
-        the tolerance), effective (independent draws that these are worth), evidence,
-        factor (Bayes factor against the study with the largest evidence) and
-        probability, each of the last three with its 95 % confidence interval in columns
-        with _low and _high; fit (see `Posterior.fit`).
+        One row per study. Columns: study; model; simulations; near, the number of
+        simulations within the tolerance; effective, the number of independent draws of
+        equal precision; evidence; factor, the Bayes factor against the largest
+        evidence; probability; and fit, see `Posterior.fit`. Columns with _low and _high
+        have the 95 % confidence intervals of evidence, factor and probability.
     tolerances : DataFrame
         One row per tolerance and study. Columns: tolerance, study, near, probability,
         probability_low, probability_high.
     told_apart : DataFrame
-        One row per study and judged study. Columns: study (which made the synthetic
-        data sets), right (fraction of these whose most probable study is that one),
-        judged, probability (mean over the data sets).
+        One row per study and judged study. Columns: study, the source of the synthetic
+        data sets; right, the fraction of data sets whose most probable study is the
+        source; judged; and probability, the mean over the data sets.
     """
 
     to: str
@@ -69,8 +68,8 @@ class Odds:
 def odds(studies: Sequence[StoredStudy]) -> Odds:
     """Return the odds of models that are calibrated to the same data.
 
-    Before the data, all models are equally probable. Distances are those of the
-    summaries, also if a study learns from them.
+    Before the data, all models are equally probable. Distances compare the summaries,
+    also if a study has `learnt`.
 
     Parameters
     ----------
@@ -166,27 +165,26 @@ class _Calibrated:
 
 def _check_same(calibrated: Sequence[_Calibrated]) -> None:
     """Raise ChoiceError unless all studies are calibrated to the same data."""
-    facts = {
+    facts: dict[str, list[str]] = {
         "data": [each.simulations.rule.to for each in calibrated],
         "summaries": [", ".join(each.simulations.words) for each in calibrated],
-        "replicates": [each.simulations.rule.replicates for each in calibrated],
+        "replicates": [str(each.simulations.rule.replicates) for each in calibrated],
         "values of the data": [
             ", ".join(f"{value:g}" for value in each.target.data.tolist())
             for each in calibrated
         ],
     }
-    for what, values in facts.items():
+    for fact, values in facts.items():
         if len(set(values)) > 1:
-            told = "; ".join(
+            list_of_values = "; ".join(
                 f"{each.name} has {value}"
                 for each, value in zip(calibrated, values, strict=True)
             )
-            raise ChoiceError(DIFFERENT.format(what, told))
+            raise ChoiceError(DIFFERENT.format(fact, list_of_values))
 
 
 def _complete(summaries: Floats) -> NDArray[np.bool_]:
-    complete: NDArray[np.bool_] = np.isfinite(summaries).all(axis=1)
-    return complete
+    return np.asarray(np.isfinite(summaries).all(axis=1), np.bool_)
 
 
 def _models(calibrated: Sequence[_Calibrated], tolerance: float) -> pd.DataFrame:
