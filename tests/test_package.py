@@ -122,6 +122,7 @@ def test_an_extra_is_installed_by_its_name() -> None:
     assert installing("view") == 'pip install "boidsweep[view]"'
 
 
+@pytest.mark.slow
 def test_a_page_without_its_extra_says_what_to_install(tmp_path: Path) -> None:
     """In a fresh process, which has not imported the server of pages yet."""
     code = f"""

@@ -95,6 +95,7 @@ def assert_gone(process: "subprocess.Popen[str]", url: str) -> None:
         asked(url, "studies")
 
 
+@pytest.mark.slow
 def test_the_page_of_a_launch_stays_until_ctrl_c(folder: Path) -> None:
     words = ("launch", "spec.yaml", "--show", "--no-open", "--workers", "1")
     with started(folder, *words) as process:

@@ -145,6 +145,7 @@ def said_of(measure: Any) -> str:
     return str(ptx.Compiled(ptx._compiled(kernel, ptx.CAPABILITY)).refusal)
 
 
+@pytest.mark.slow
 def test_what_a_gpu_has_otherwise_in_a_metric_is_refused() -> None:
     """Of 0 and -0 a GPU takes -0, and a processor the first one. A GPU has another
     remainder of floats, and the text of its instructions shows no trace of it.

@@ -117,7 +117,7 @@ def exact_evidence(
 
 
 def factors(
-    generations: int, away: float, count: int
+    generations: int, away: float, count: int, simulations: int = 1000
 ) -> list[tuple[BoundedEstimate, float, float]]:
     """Bayes factors of a wide and a narrow prior: estimate, truth and least number of
     independent simulations that an evidence rests on, for so many data sets.
@@ -136,7 +136,7 @@ def factors(
             ) -> Floats:
                 return mean_of_four(part * draws, rng)
 
-            rule = rule_of(1, generations, 1000)
+            rule = rule_of(1, generations, simulations)
             target = calibrated(rule, simulate, truth, rng, data)
             population = target.population
             near = population.distances * target.distance.spread[0] <= away

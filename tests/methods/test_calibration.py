@@ -16,10 +16,11 @@ from sweep.campaigns.launching import check_launches, launch
 from sweep.campaigns.plan import plan_of
 from sweep.design.jobs import Job
 from sweep.errors import ChoiceError, SpecError, StoreError, UserError
-from sweep.figures import posterior_figure
+from sweep.figures import Choices, posterior_figure
 from sweep.loaded import LoadedStudy
 from sweep.methods.calibration.analysis import Posterior, quantiles, uniformity
 from sweep.methods.calibration.distances import Distance, spread_of
+from sweep.methods.calibration.figure import KIND
 from sweep.methods.calibration.method import status, unfinished
 from sweep.methods.calibration.proposals import Population, ProposalKernel
 from sweep.methods.calibration.report import posterior_report
@@ -59,7 +60,13 @@ replicates: 4
 seed: 5
 record: {metrics: [speed], every: 1}
 """
-TWO = FIT.replace("[0, 3]}", "[0, 3]}, cohesion_weight: {uniform: [0, 3]}")
+SMALL = FIT.replace("points: 400", "points: 100").replace(
+    "population: 200, generations: 4", "population: 50, generations: 2"
+)
+"""The same where no precision counts: 100 + 2 * 50 simulations of 4 trials."""
+SECOND = "[0, 3]}, cohesion_weight: {uniform: [0, 3]}"
+TWO = FIT.replace("[0, 3]}", SECOND)
+SMALL_TWO = SMALL.replace("[0, 3]}", SECOND)
 SURE = 4.0
 """Standard errors by which a mean may be away: false alarms of 1 in 16,000."""
 VALIDATOR = Draft7Validator(json_schema())
@@ -177,11 +184,11 @@ def test_probabilities_of_listed_values_are_those_of_bayes(
         posterior_figure(study)
 
 
-@pytest.mark.parametrize("after", [0, 2000, 4799])
+@pytest.mark.parametrize("after", [0, 500, 799])
 def test_an_interrupted_calibration_ends_as_an_undisturbed_one(
     after: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    whole = posterior(tmp_path / "whole", monkeypatch)
+    whole = posterior(tmp_path / "whole", monkeypatch, SMALL)
     count = 0
 
     def interrupted(job: Job) -> Result:
@@ -193,8 +200,8 @@ def test_an_interrupted_calibration_ends_as_an_undisturbed_one(
         return normal(job)
 
     with pytest.raises(KeyboardInterrupt):
-        posterior(tmp_path / "cut", monkeypatch, trial=interrupted)
-    again = posterior(tmp_path / "cut", monkeypatch, trial=interrupted)
+        posterior(tmp_path / "cut", monkeypatch, SMALL, interrupted)
+    again = posterior(tmp_path / "cut", monkeypatch, SMALL, interrupted)
     assert again.draws.equals(whole.draws)
     plans = [
         LoadedStudy("fit", tmp_path / name).store.read_plan()["trial_id"]
@@ -206,12 +213,12 @@ def test_an_interrupted_calibration_ends_as_an_undisturbed_one(
 def test_more_generations_keep_what_is_stored(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    posterior(tmp_path, monkeypatch)
+    posterior(tmp_path, monkeypatch, SMALL)
     jobs = replace_trials(monkeypatch, normal)
-    spec = FIT.replace("generations: 4", "generations: 5")
+    spec = SMALL.replace("generations: 2", "generations: 3")
     launch(parse_spec(spec), tmp_path, Serial())
-    assert len(jobs) == 200 * 4
-    assert LoadedStudy("fit", tmp_path).posterior().simulations == 400 + 5 * 200
+    assert len(jobs) == 50 * 4
+    assert LoadedStudy("fit", tmp_path).posterior().simulations == 100 + 3 * 50
 
 
 def test_what_require_leaves_out_is_never_proposed(
@@ -294,18 +301,18 @@ def test_parameters_that_add_columns_only_at_some_points(
 def test_a_generation_that_still_runs_does_not_count(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    whole = posterior(tmp_path / "whole", monkeypatch)
+    whole = posterior(tmp_path / "whole", monkeypatch, SMALL)
     count = 0
 
     def interrupted(job: Job) -> Result:
         nonlocal count
         count += job.settings["separation_weight"] != 1.5
-        if count == 400 * 4 + 200 * 4 + 7:
+        if count == 100 * 4 + 50 * 4 + 7:
             raise KeyboardInterrupt
         return normal(job)
 
     with pytest.raises(KeyboardInterrupt):
-        posterior(tmp_path / "cut", monkeypatch, trial=interrupted)
+        posterior(tmp_path / "cut", monkeypatch, SMALL, interrupted)
     study = LoadedStudy("fit", tmp_path / "cut")
     found = study.posterior()
     assert found.generations.equals(whole.generations[:2])
@@ -332,7 +339,7 @@ def test_trials_that_fail_are_no_simulations(
             return failed(job, 0.0, "broken")
         return normal(job)
 
-    spec = f"{FIT}on_error: record\n"
+    spec = f"{SMALL}on_error: record\n"
     found = posterior(tmp_path, monkeypatch, spec, fragile)
     assert found.draws["separation_weight"].max() <= 2.0
 
@@ -346,7 +353,7 @@ def test_without_a_complete_simulation_nothing_is_estimated(
         return failed(job, 0.0, "broken")
 
     with pytest.raises(StoreError, match="no simulation has all summaries"):
-        posterior(tmp_path, monkeypatch, f"{FIT}on_error: record\n", broken)
+        posterior(tmp_path, monkeypatch, f"{SMALL}on_error: record\n", broken)
     study = LoadedStudy("fit", tmp_path)
     assert "no simulation has all summaries yet" in status(study)["calibration"]
 
@@ -358,7 +365,7 @@ def test_misfit_is_said_before_any_interval(
         far = 40.0 if job.settings["separation_weight"] == 1.5 else 0.0
         return done(job, {"speed": normal(job).last["speed"] + far})
 
-    found = posterior(tmp_path, monkeypatch, trial=beyond)
+    found = posterior(tmp_path, monkeypatch, SMALL, beyond)
     assert found.fit < 0.01
     first, second, *_ = posterior_report(found).parts
     assert isinstance(first, str)
@@ -367,9 +374,7 @@ def test_misfit_is_said_before_any_interval(
     assert "is outside of all simulations of the prior" in second
 
 
-CHECKED = FIT.replace("generations: 4", "generations: 2, checks: 40").replace(
-    "population: 200", "population: 50"
-)
+CHECKED = SMALL.replace("generations: 2", "generations: 2, checks: 40")
 
 
 def test_ranks_of_known_parameters_are_uniform(
@@ -408,16 +413,16 @@ def test_ranks_of_a_posterior_that_is_too_narrow_are_not_uniform() -> None:
 def test_a_report_says_what_was_not_checked(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    found = posterior(tmp_path, monkeypatch)
+    found = posterior(tmp_path, monkeypatch, SMALL)
     report = posterior_report(found)
     title = next(part for part in report.parts if not isinstance(part, str)).title
     assert title == "fit: posterior given data (4 trials), not checked"
     facts = json.loads(report.to_json())
     assert facts["checked"] is False
     assert facts["calibrate"]["to"] == "data"
-    assert len(facts["draws"]) == len(report.rows) == 200
+    assert len(facts["draws"]) == len(report.rows) == 50
     study = LoadedStudy("fit", tmp_path)
-    assert status(study)["calibration"].startswith("generation 4, tolerance ")
+    assert status(study)["calibration"].startswith("generation 2, tolerance ")
     assert unfinished(study) == ""
     assert unfinished(LoadedStudy("data", tmp_path)) == ""
     with pytest.raises(ChoiceError, match='the spec has no "calibrate"'):
@@ -442,10 +447,10 @@ def test_summaries_learnt_by_regression_find_the_parameter(
 
 def test_the_plan_says_the_most_trials() -> None:
     plan = plan_of(parse_spec(CHECKED), 1)
-    most = (40 + 41 * (400 + 2 * 50)) * 4
+    most = (40 + 41 * (100 + 2 * 50)) * 4
     assert plan.trials == most
     assert (
-        f"1,600 to {most:,} (4 to 4 per point; up to 2 generations of 50 simulations,"
+        f"400 to {most:,} (4 to 4 per point; up to 2 generations of 50 simulations,"
         " also for 40 synthetic data sets)"
     ) in plan.as_text()
 
@@ -752,8 +757,32 @@ def test_weighted_quantiles_of_equal_weights_are_usual_ones() -> None:
 def test_the_figure_has_the_parameters_and_says_what_was_not_checked(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    posterior(tmp_path, monkeypatch, TWO, ridge)
+    posterior(tmp_path, monkeypatch, SMALL_TWO, ridge)
     figure = posterior_figure(LoadedStudy("fit", tmp_path))
     labels = {axes.get_xlabel() for axes in figure.axes}
     assert {"separation weight", "cohesion weight"} <= labels
     assert "not checked" in figure.get_supxlabel().replace("\n", " ")
+
+
+def test_the_marks_of_the_explorer_are_all_simulations(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = posterior(tmp_path, monkeypatch, SMALL_TWO, ridge)
+    study = LoadedStudy("fit", tmp_path)
+    assert KIND.marks
+    drawn = KIND.marks(study, Choices())
+    assert drawn.values == ("prior", "1", "2")
+    assert [panel.x.name for panel in drawn.panels] == [
+        "separation_weight",
+        "cohesion_weight",
+    ]
+    for panel in drawn.panels:
+        marks = panel.marks
+        assert len(marks) == found.simulations
+        assert marks["colour"].tolist() == found.simulated["generation"].tolist()
+        # A kept simulation is no farther than the tolerance, and has a ring.
+        assert (marks["y"] <= found.tolerance).equals(marks["best"])
+        values = study.trials.groupby("point")[panel.x.name].first()
+        assert marks["x"].tolist() == values[marks["point"]].tolist()
+    with pytest.raises(ChoiceError, match="takes no metric"):
+        KIND.marks(study, Choices(metrics=("speed",)))

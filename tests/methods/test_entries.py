@@ -368,6 +368,7 @@ def test_what_is_wrong_with_a_section_of_a_package_is_said_with_all_else(
     assert "one trial is nothing to repeat" in of_one.stderr
 
 
+@pytest.mark.slow
 def test_a_study_with_a_section_of_a_package_that_is_gone_is_read(
     tmp_path: Path, repeating: Path
 ) -> None:
@@ -422,6 +423,7 @@ def test_a_section_of_a_package_decides_which_trials_run(tmp_path: Path) -> None
     assert table.stdout.count("\n") == 3
 
 
+@pytest.mark.slow
 def test_a_method_of_a_package_goes_through_a_kill_and_to_others(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -21,11 +21,11 @@ from sweep.methods.calibration.report import odds_report
 from sweep.spec.study import parse_spec
 from sweep.workers.executors import Serial
 from tests.methods.measured_calibration import exact_evidence, factors
-from tests.methods.test_calibration import DATA, FIT, normal
+from tests.methods.test_calibration import DATA, SMALL, normal
 from tests.searches import replace_trials
 
-SMALL = FIT.replace("study: fit", "study: small").replace("[0, 3]", "[0, 2]")
-FAR = FIT.replace("study: fit", "study: far").replace("[0, 3]", "[40, 43]")
+NARROW = SMALL.replace("study: fit", "study: narrow").replace("[0, 3]", "[0, 2]")
+FAR = SMALL.replace("study: fit", "study: far").replace("[0, 3]", "[40, 43]")
 NORMAL = 1.959963984540054
 
 
@@ -43,25 +43,25 @@ def stored(
 def test_the_bayes_factor_is_the_exact_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    wide, small, far = stored(tmp_path, monkeypatch, FIT, SMALL, FAR)
-    odds = wide.odds(small, far)
+    wide, narrow, far = stored(tmp_path, monkeypatch, SMALL, NARROW, FAR)
+    odds = wide.odds(narrow, far)
     data = LoadedStudy("data", tmp_path).trials["speed"].mean()
     rows = odds.models.set_index("study")
     (spread,) = odds.summaries["spread"]
     likely = [
         exact_evidence(data, odds.tolerance * spread, largest) for largest in (3.0, 2.0)
     ]
-    for name, value in zip(("fit", "small"), likely, strict=True):
+    for name, value in zip(("fit", "narrow"), likely, strict=True):
         row = rows.loc[name]
         error = math.log(row["evidence_high"] / row["evidence"]) / NORMAL
         # Four standard errors, beyond which an estimate is in 1 of 16,000 cases.
         assert abs(math.log(row["evidence"] / value)) < 4.0 * error
     assert rows["probability"].sum() == pytest.approx(1.0)
     assert rows.loc["far", "evidence"] == 0.0
-    # No draw of 400 is near: 97.5 % sure that fewer than 1 in 108 would be.
-    bound = 1.0 - 0.025 ** (1.0 / 400.0)
+    # No draw of 100 is near: 97.5 % sure that fewer than 1 in 27 would be.
+    bound = 1.0 - 0.025 ** (1.0 / 100.0)
     assert rows.loc["far", "evidence_high"] == pytest.approx(bound)
-    assert 0.0 < rows.loc["far", "probability_high"] < 0.2
+    assert 0.0 < rows.loc["far", "probability_high"] < 0.5
     assert rows.loc["far", "fit"] < 0.05
     first, *_ = odds_report(odds).parts
     assert str(first).startswith("misfit: only <1 % of data sets from the prior of far")
@@ -73,7 +73,7 @@ def test_the_bayes_factor_is_the_exact_one(
 @pytest.mark.parametrize("generations", [0, 2])
 def test_intervals_of_bayes_factors_cover_the_truth(generations: int) -> None:
     """Of 200 data sets; the two-sided test fails by chance in 1 of 1,000 cases."""
-    rows = factors(generations, 0.4, 200)
+    rows = factors(generations, 0.4, 200, 400)
     enough = [each for each in rows if each[2] >= 10.0]
     inside = sum(factor.low <= true <= factor.high for factor, true, _ in enough)
     assert len(enough) > 150
@@ -81,7 +81,7 @@ def test_intervals_of_bayes_factors_cover_the_truth(generations: int) -> None:
 
 
 def test_intervals_of_few_simulations_cover_more_than_they_say() -> None:
-    rows = factors(0, 0.01, 200)
+    rows = factors(0, 0.025, 200, 400)
     rough = [each for each in rows if each[2] < 10.0]
     inside = sum(factor.low <= true <= factor.high for factor, true, _ in rough)
     assert len(rough) > 50
@@ -133,11 +133,11 @@ def test_models_are_told_apart_as_well_as_their_summaries_differ() -> None:
 
 
 def test_what_no_odds_compare(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    other = FIT.replace("study: fit", "study: other")
+    other = SMALL.replace("study: fit", "study: other")
     other = other.replace("summaries: [speed]", "summaries: {speed: sd}")
-    fewer = FIT.replace("study: fit", "study: fewer")
+    fewer = SMALL.replace("study: fit", "study: fewer")
     fewer = fewer.replace("replicates: 4", "replicates: 3")
-    studies = stored(tmp_path, monkeypatch, FIT, other, fewer)
+    studies = stored(tmp_path, monkeypatch, SMALL, other, fewer)
     wide, differs, few = studies
     with pytest.raises(ChoiceError, match=r"different summaries.*other has sd of"):
         wide.odds(differs)

@@ -131,6 +131,7 @@ def test_a_mistake_turns_a_claim_and_no_trial_of_ours(tmp_path: Path) -> None:
     assert [one.name for one in (results / "mutants").iterdir()] == ["start-for-end"]
 
 
+@pytest.mark.slow
 def test_a_copy_that_fails_is_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

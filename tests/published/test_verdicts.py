@@ -52,6 +52,7 @@ def within_chance(share: float, expected: float, of: int) -> bool:
     return abs(share - expected) < 4 * math.sqrt(expected * (1 - expected) / of)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("_without_foresight")
 def test_a_document_has_wrong_verdicts_as_often_as_the_rule_says() -> None:
     """1000 documents of 10 claims with 8 normal values each, whose truth lies on the

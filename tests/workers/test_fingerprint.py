@@ -91,6 +91,7 @@ def launched(folder: Path, *edits: tuple[str, str]) -> list[str]:
     return done.stdout.splitlines()
 
 
+@pytest.mark.slow
 def test_workers_that_start_with_edited_code_are_refused_and_what_is_done_is_kept(
     copy: Path,
 ) -> None:

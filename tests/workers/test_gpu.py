@@ -68,6 +68,7 @@ def test_a_device_stores_what_processors_store(
     assert stored(tmp_path) == whole
 
 
+@pytest.mark.slow
 def test_workers_share_a_device(
     tmp_path: Path, whole: dict[str, str], workers: list[InWorkers]
 ) -> None:
@@ -76,6 +77,7 @@ def test_workers_share_a_device(
     assert stored(tmp_path) == whole
 
 
+@pytest.mark.slow
 def test_a_killed_worker_loses_nothing(
     tmp_path: Path, whole: dict[str, str], workers: list[InWorkers]
 ) -> None:
