@@ -105,8 +105,8 @@ class LoadedStudy(StoredStudy):
         >>> odds = sweep.load("my/fit").odds(sweep.load("my/wide_fit"))
         >>> odds.models[["study", "probability"]].round(1)
                  study  probability
-        0       my/fit          0.6
-        1  my/wide_fit          0.4
+        0       my/fit          0.7
+        1  my/wide_fit          0.3
         """
         return odds((self, *studies))
 
