@@ -355,7 +355,7 @@ def test_without_a_complete_simulation_nothing_is_estimated(
     with pytest.raises(StoreError, match="no simulation has all summaries"):
         posterior(tmp_path, monkeypatch, f"{SMALL}on_error: record\n", broken)
     study = LoadedStudy("fit", tmp_path)
-    assert "no simulation has all summaries yet" in status(study)["calibration"]
+    assert "no trials have values of speed" in status(study)["calibration"]
 
 
 def test_misfit_is_said_before_any_interval(

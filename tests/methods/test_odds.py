@@ -1,17 +1,22 @@
 """Odds of models: known Bayes factors, bounds without simulations, and bad input."""
 
+import json
 import math
 from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from scipy.stats import binomtest
 
 from sweep.campaigns.launching import launch
+from sweep.design.jobs import Job
 from sweep.errors import ChoiceError
 from sweep.loaded import LoadedStudy
 from sweep.methods.calibration.evidence import (
     BoundedEstimate,
+    PriorSimulations,
+    evidence,
     probabilities,
     ratio,
     told_apart,
@@ -19,11 +24,13 @@ from sweep.methods.calibration.evidence import (
 )
 from sweep.methods.calibration.report import odds_report
 from sweep.spec.study import parse_spec
+from sweep.trial.result import Result, failed
 from sweep.workers.executors import Serial
 from tests.methods.measured_calibration import exact_evidence, factors
 from tests.methods.test_calibration import DATA, SMALL, normal
 from tests.searches import replace_trials
 
+Floats = NDArray[np.float64]
 NARROW = SMALL.replace("study: fit", "study: narrow").replace("[0, 3]", "[0, 2]")
 FAR = SMALL.replace("study: fit", "study: far").replace("[0, 3]", "[40, 43]")
 NORMAL = 1.959963984540054
@@ -116,20 +123,76 @@ def test_a_model_without_simulations_near_the_data_has_a_bound() -> None:
     assert probabilities([near]) == [BoundedEstimate(1.0, 1.0, 1.0)]
 
 
+def prior(features: Floats, draws: Floats, name: str = "weight") -> PriorSimulations:
+    """Simulations of the prior of a model with one parameter."""
+    return PriorSimulations(features, {name: draws})
+
+
 def test_models_are_told_apart_as_well_as_their_summaries_differ() -> None:
     rng = np.random.default_rng(6)
-    same = [rng.normal(size=(500, 2)) for _ in range(2)]
-    rows = told_apart(same)
+    same = [prior(rng.normal(size=(500, 2)), rng.random(500)) for _ in range(2)]
     # Each of 200 data sets is right with probability 1/2; four standard errors.
-    for number, (right, shares) in enumerate(rows):
-        assert right == pytest.approx(0.5, abs=4.0 * math.sqrt(0.25 / 200))
+    error = 4.0 * math.sqrt(0.25 / 200)
+    for number, (right, shares) in enumerate(told_apart(same)):
+        assert right == pytest.approx(0.5, abs=error)
         assert shares[number] == pytest.approx(0.5, abs=0.1)
-    rows = told_apart([same[0], same[1] + 100.0])
-    assert [right for right, _ in rows] == [1.0, 1.0]
-    # Equal distances favour no model.
-    for right, shares in told_apart([np.zeros((300, 1)), np.zeros((300, 1))]):
-        assert right < 0.51
-        assert shares.tolist() == pytest.approx([0.5, 0.5], abs=0.001)
+    away = prior(same[1].features + 100.0, same[1].draws["weight"])
+    assert [right for right, _ in told_apart([same[0], away])] == [1.0, 1.0]
+    # Equal distances favour no model, of whatever number of simulations.
+    constant = [prior(np.zeros((size, 1)), rng.random(size)) for size in (300, 200)]
+    for right, shares in told_apart(constant):
+        assert right == 0.5
+        assert shares.tolist() == pytest.approx([0.5, 0.5])
+
+
+def test_simulations_with_equal_draws_are_no_evidence_for_another_model() -> None:
+    """Studies with equal seeds share draws: one model has the twin of a data set."""
+    rng = np.random.default_rng(8)
+    draws = rng.random(500)
+    features = [(draws + 0.01 * rng.normal(size=500)).reshape(-1, 1) for _ in range(2)]
+    models = [prior(each, draws) for each in features]
+    error = 4.0 * math.sqrt(0.25 / 200)
+    for right, _ in told_apart(models):
+        assert right == pytest.approx(0.5, abs=error)
+    twins = [prior(features[0], draws)] * 2
+    for right, _ in told_apart(twins):
+        assert right == 0.5
+
+
+def test_evidence_of_a_model_that_is_always_near_is_at_most_one() -> None:
+    near = np.ones(100, np.bool_)
+    probability = evidence(np.ones(100), near, 100).probability
+    # 97.5 % sure that more than 96 of 100 are near (Clopper and Pearson).
+    assert probability == pytest.approx((1.0, 0.025 ** (1.0 / 100.0), 1.0))
+    near[:2] = False
+    assert evidence(np.ones(100), near, 100).probability.high < 1.0
+
+
+def test_odds_of_models_that_mostly_fail(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Failed trials are no simulations near the data, however few are left."""
+
+    def fragile(job: Job) -> Result:
+        weight = float(job.settings["separation_weight"])
+        return normal(job) if 1.3 < weight < 1.8 else failed(job, 0.0, "broken")
+
+    replace_trials(monkeypatch, fragile)
+    specs = [f"{text}on_error: record\n" for text in (SMALL, NARROW)]
+    for text in (DATA, *specs):
+        launch(parse_spec(text), tmp_path, Serial())
+    wide, narrow = (LoadedStudy(name, tmp_path) for name in ("fit", "narrow"))
+    odds = wide.odds(narrow)
+    assert odds.told_apart.empty
+    assert math.isfinite(odds.tolerance)
+    complete = [each.posterior().draws.shape[0] for each in (wide, narrow)]
+    assert (odds.models["near"] <= complete).all()
+    assert (odds.models["evidence"] < 1.0).all()
+    report = odds_report(odds)
+    text = " ".join(part for part in report.parts if isinstance(part, str))
+    assert "the fit of fit was not tested" in text
+    assert "whether the summaries tell the models apart was not tested" in text
+    assert json.loads(report.to_json())["models"][0]["fit"] is None
 
 
 def test_what_no_odds_compare(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -380,9 +380,15 @@ class StoredSimulations:
             self._continue(target)
             targets.append(target)
         has_data = targets and targets[0].number == DATA
-        if not has_data or not len(targets[0].population.nearest):
+        if not has_data:
             raise StoreError(
                 "no simulation has all summaries yet; launch the study",
+                self.study.name,
+            )
+        if not len(targets[0].population.nearest):
+            columns = ", ".join(self.rule.columns)
+            raise StoreError(
+                f"no simulation has all summaries: no trials have values of {columns}",
                 self.study.name,
             )
         return targets

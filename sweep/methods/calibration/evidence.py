@@ -6,7 +6,7 @@ Bayes factor of the summaries (Grelaud et al. 2009).
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +22,8 @@ FEW = 10
 NEAR = 0.01
 """Fraction of the simulations of the priors that are near a synthetic data set."""
 FEWEST_NEAR = 20
+ROUNDING = 1e-9
+"""Relative difference of probabilities that may be rounding."""
 MOST_DATA_SETS = 200
 """Most synthetic data sets of a model that test whether models are told apart."""
 
@@ -54,8 +56,9 @@ class Evidence(NamedTuple):
 def evidence(weights: Floats, near: NDArray[np.bool_], of_prior: int) -> Evidence:
     """Return the evidence of a model.
 
-    With few simulations within the tolerance, the interval is the binomial one of the
-    draws from the prior (Clopper and Pearson), which needs no normal approximation.
+    With few simulations within the tolerance, or few outside, the interval is the
+    binomial one of the draws from the prior (Clopper and Pearson), which needs no
+    normal approximation.
 
     Parameters
     ----------
@@ -67,10 +70,11 @@ def evidence(weights: Floats, near: NDArray[np.bool_], of_prior: int) -> Evidenc
         Number of draws from the prior, which come first.
     """
     counted = np.where(near, weights, 0.0)
-    value = float(counted.mean())
+    value = min(1.0, float(counted.mean()))
     squares = float((counted**2).sum())
     effective = float(counted.sum()) ** 2 / squares if squares else 0.0
-    if effective < FEW:
+    outside = len(near) - int(near.sum())
+    if effective < FEW or outside < FEW:
         hits = int(near[:of_prior].sum())
         ends = binomtest(hits, of_prior).proportion_ci(LEVEL, method="exact")
         low = min(float(ends.low), value)
@@ -78,7 +82,7 @@ def evidence(weights: Floats, near: NDArray[np.bool_], of_prior: int) -> Evidenc
     else:
         error = float(counted.std(ddof=1)) / math.sqrt(len(counted)) / value
         low = value * math.exp(-NORMAL * error)
-        high = value * math.exp(NORMAL * error)
+        high = min(1.0, value * math.exp(NORMAL * error))
     return Evidence(BoundedEstimate(value, low, high), int(near.sum()), effective)
 
 
@@ -145,16 +149,32 @@ def _share(odds: float) -> float:
     return odds / (1.0 + odds) if odds < math.inf else 1.0
 
 
-def told_apart(features: Sequence[Floats]) -> list[tuple[float, Floats]]:
+class PriorSimulations(NamedTuple):
+    """Simulations of the prior of a model.
+
+    Attributes
+    ----------
+    features : array of float, shape (n, S)
+        Scaled summaries.
+    draws : mapping
+        Draws in the unit cube of each parameter, by its name, shape (n,) each.
+    """
+
+    features: Floats
+    draws: Mapping[str, Floats]
+
+
+def told_apart(priors: Sequence[PriorSimulations]) -> list[tuple[float, Floats]]:
     """Return how well summaries tell models apart, for data sets of each model.
 
     Simulations of the priors serve as data in turn. The nearest of all other
-    simulations are counted by model (cross-validation, Csillery et al. 2012).
+    simulations are counted by model (cross-validation, Csillery et al. 2012). Studies
+    with equal seeds share draws. So simulations that share a draw with the data set do
+    not count, in any model.
 
     Parameters
     ----------
-    features : sequence of array of float, shape (n, S) each
-        Scaled summaries of draws from the prior of each model, as many of each.
+    priors : sequence of PriorSimulations
 
     Returns
     -------
@@ -162,23 +182,40 @@ def told_apart(features: Sequence[Floats]) -> list[tuple[float, Floats]]:
         For data sets of each model: the fraction for which the model is the most
         probable, and the mean posterior probability of each model.
     """
-    of_model = np.repeat(np.arange(len(features)), [len(each) for each in features])
-    pooled = np.concatenate(features)
-    near = min(len(pooled) - 1, max(FEWEST_NEAR, round(NEAR * len(pooled))))
+    of_model = np.repeat(
+        np.arange(len(priors)), [len(each.features) for each in priors]
+    )
+    pooled = np.concatenate([each.features for each in priors])
+    near = max(FEWEST_NEAR, round(NEAR * len(pooled)))
     rows = list[tuple[float, Floats]]()
-    for number, each in enumerate(features):
-        first = int(np.flatnonzero(of_model == number)[0])
+    for number, each in enumerate(priors):
         shares = list[Floats]()
-        for place, data in enumerate(each[:MOST_DATA_SETS], start=first):
-            away = ((pooled - data) ** 2).sum(axis=1)
-            away[place] = np.inf
+        for place, data in enumerate(each.features[:MOST_DATA_SETS]):
+            apart = ~_sharing(priors, each, place)
+            away = np.where(apart, ((pooled - data) ** 2).sum(axis=1), np.inf)
             # All as near as the last count: a choice among ties favours one model.
-            nearest = of_model[away <= np.partition(away, near - 1)[near - 1]]
-            counts = np.bincount(nearest, minlength=len(features))
-            shares.append(counts / len(nearest))
+            within = apart & (away <= np.partition(away, near - 1)[near - 1])
+            counts = np.bincount(of_model[within], minlength=len(priors))
+            fractions = counts / np.bincount(of_model[apart], minlength=len(priors))
+            shares.append(fractions / fractions.sum())
         table = np.stack(shares)
         # Half a data set for two models that are equally probable.
-        best = table == table.max(axis=1, keepdims=True)
+        best = table >= table.max(axis=1, keepdims=True) * (1.0 - ROUNDING)
         right = float((best[:, number] / best.sum(axis=1)).mean())
         rows.append((right, table.mean(axis=0)))
     return rows
+
+
+def _sharing(
+    priors: Sequence[PriorSimulations], source: PriorSimulations, place: int
+) -> NDArray[np.bool_]:
+    """Return which simulations of all models share a draw with one simulation."""
+    shared = list[NDArray[np.bool_]]()
+    for each in priors:
+        common = np.zeros(len(each.features), np.bool_)
+        for name in each.draws.keys() & source.draws.keys():
+            common |= each.draws[name] == source.draws[name][place]
+        if each is source:
+            common[place] = True
+        shared.append(common)
+    return np.concatenate(shared)

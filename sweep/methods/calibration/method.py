@@ -53,7 +53,7 @@ def odds(
     studies: Annotated[
         list[str],
         typer.Argument(
-            metavar="STUDY...",
+            metavar="STUDY",
             help="Calibrated studies of the models, with the same data and summaries.",
         ),
     ],

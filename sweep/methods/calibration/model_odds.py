@@ -8,10 +8,15 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from sweep.errors import ChoiceError
-from sweep.methods.calibration.analysis import StoredSimulations, check_is_calibrated
+from sweep.methods.calibration.analysis import (
+    FEWEST_COMPARED,
+    StoredSimulations,
+    check_is_calibrated,
+)
 from sweep.methods.calibration.distances import Distance
 from sweep.methods.calibration.evidence import (
     Evidence,
+    PriorSimulations,
     evidence,
     probabilities,
     ratio,
@@ -53,7 +58,8 @@ class Odds:
     told_apart : DataFrame
         One row per study and judged study. Columns: study, the source of the synthetic
         data sets; right, the fraction of data sets whose most probable study is the
-        source; judged; and probability, the mean over the data sets.
+        source; judged; and probability, the mean over the data sets. Empty if a prior
+        has too few simulations with all summaries.
     """
 
     to: str
@@ -90,13 +96,11 @@ def odds(studies: Sequence[StoredStudy]) -> Odds:
     calibrated = [_Calibrated(StoredSimulations(study)) for study in studies]
     _check_same(calibrated)
     draws = min(len(each.prior) for each in calibrated)
-    priors = [each.prior[:draws] for each in calibrated]
-    pooled = np.concatenate(priors)
+    pooled = np.concatenate([each.prior[:draws] for each in calibrated])
     distance = Distance.of_prior(np.empty((len(pooled), 0)), pooled, learnt=False)
     for each in calibrated:
         each.measure(distance)
-    size = min(each.simulations.rule.population for each in calibrated)
-    tolerance = min(each.tolerance(size) for each in calibrated)
+    tolerance = _smallest_tolerance(calibrated)
     first = calibrated[0].simulations
     return Odds(
         to=first.rule.to,
@@ -111,9 +115,7 @@ def odds(studies: Sequence[StoredStudy]) -> Odds:
         tolerance=tolerance,
         models=_models(calibrated, tolerance),
         tolerances=_tolerances(calibrated, tolerance),
-        told_apart=_told_apart(
-            calibrated, [distance.scaled(each[_complete(each)]) for each in priors]
-        ),
+        told_apart=_told_apart(calibrated, distance),
     )
 
 
@@ -154,13 +156,41 @@ class _Calibrated:
         """
         self.distances = distance.between(self.summaries, self.target.data)
 
-    def tolerance(self, size: int) -> float:
-        """Return the distance within which so many simulations are."""
-        return float(np.partition(self.distances, size - 1)[size - 1])
+    @property
+    def finite(self) -> Floats:
+        """The distances of the simulations with all summaries, the smallest first."""
+        return np.sort(self.distances[np.isfinite(self.distances)])
 
     def evidence(self, tolerance: float) -> Evidence:
         """Return the evidence of the model at a tolerance."""
-        return evidence(self.weights, self.distances <= tolerance, len(self.prior))
+        near = np.isfinite(self.distances) & (self.distances <= tolerance)
+        return evidence(self.weights, near, len(self.prior))
+
+    def complete_prior(self, distance: Distance) -> PriorSimulations:
+        """Return the draws from the prior that have all summaries.
+
+        Parameters
+        ----------
+        distance : Distance
+        """
+        complete = np.isfinite(self.prior).all(axis=1)
+        names = self.simulations.rule.priors
+        draws = self.target.population.draws[: len(self.prior)][complete]
+        return PriorSimulations(
+            distance.scaled(self.prior[complete]),
+            dict(zip(names, draws.T, strict=True)),
+        )
+
+
+def _smallest_tolerance(calibrated: Sequence[_Calibrated]) -> float:
+    """Return the smallest tolerance at which one study has enough simulations.
+
+    If no study has enough, the tolerance admits all simulations with all summaries.
+    """
+    size = min(each.simulations.rule.population for each in calibrated)
+    distances = [each.finite for each in calibrated]
+    enough = [each[size - 1] for each in distances if len(each) >= size]
+    return float(min(enough) if enough else max(each[-1] for each in distances))
 
 
 def _check_same(calibrated: Sequence[_Calibrated]) -> None:
@@ -169,9 +199,11 @@ def _check_same(calibrated: Sequence[_Calibrated]) -> None:
         "data": [each.simulations.rule.to for each in calibrated],
         "summaries": [", ".join(each.simulations.words) for each in calibrated],
         "replicates": [str(each.simulations.rule.replicates) for each in calibrated],
+        "numbers of trials of the data": [
+            str(each.simulations.description["data_trials"]) for each in calibrated
+        ],
         "values of the data": [
-            ", ".join(f"{value:g}" for value in each.target.data.tolist())
-            for each in calibrated
+            ", ".join(map(str, each.target.data.tolist())) for each in calibrated
         ],
     }
     for fact, values in facts.items():
@@ -181,10 +213,6 @@ def _check_same(calibrated: Sequence[_Calibrated]) -> None:
                 for each, value in zip(calibrated, values, strict=True)
             )
             raise ChoiceError(DIFFERENT.format(fact, list_of_values))
-
-
-def _complete(summaries: Floats) -> NDArray[np.bool_]:
-    return np.asarray(np.isfinite(summaries).all(axis=1), np.bool_)
 
 
 def _models(calibrated: Sequence[_Calibrated], tolerance: float) -> pd.DataFrame:
@@ -215,6 +243,8 @@ def _models(calibrated: Sequence[_Calibrated], tolerance: float) -> pd.DataFrame
                 "probability_low": share.low,
                 "probability_high": share.high,
                 "fit": simulations.fit(each.target),
+                "finished": simulations.description["finished"],
+                "missing": simulations.missing,
             }
         )
     return pd.DataFrame(rows)
@@ -239,22 +269,14 @@ def _tolerances(calibrated: Sequence[_Calibrated], smallest: float) -> pd.DataFr
     return pd.DataFrame(rows)
 
 
-def _told_apart(
-    calibrated: Sequence[_Calibrated], features: Sequence[Floats]
-) -> pd.DataFrame:
-    size = min(len(each) for each in features)
+def _told_apart(calibrated: Sequence[_Calibrated], distance: Distance) -> pd.DataFrame:
+    priors = [each.complete_prior(distance) for each in calibrated]
+    columns = ["study", "right", "judged", "probability"]
+    if min(len(each.features) for each in priors) < FEWEST_COMPARED:
+        return pd.DataFrame(columns=columns)
+    names = [each.name for each in calibrated]
     rows = []
-    judged = [each.name for each in calibrated]
-    for each, (right, shares) in zip(
-        calibrated, told_apart([some[:size] for some in features]), strict=True
-    ):
-        for name, share in zip(judged, shares.tolist(), strict=True):
-            rows.append(
-                {
-                    "study": each.name,
-                    "right": right,
-                    "judged": name,
-                    "probability": share,
-                }
-            )
-    return pd.DataFrame(rows)
+    for source, (right, shares) in zip(names, told_apart(priors), strict=True):
+        for judged, share in zip(names, shares.tolist(), strict=True):
+            rows.append((source, right, judged, share))
+    return pd.DataFrame(rows, columns=columns)

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from sweep.analysis import number, percent, with_interval
-from sweep.methods.calibration.analysis import LEVELS, Posterior
+from sweep.methods.calibration.analysis import FEWEST_COMPARED, LEVELS, Posterior
 from sweep.methods.calibration.model_odds import Odds
 from sweep.tables import Report, TextTable, brief, json_rows
 from sweep.text import so_many
@@ -262,12 +262,15 @@ def odds_report(outcome: Odds) -> Report:
 
     docs/json.md describes the keys of the JSON form.
     """
-    parts: list[TextTable | str] = [
-        *_misfits(outcome),
-        _models(outcome),
-        _by_tolerance(outcome),
-        _told_apart(outcome),
-    ]
+    parts: list[TextTable | str] = [*_misfits(outcome), *_cautions(outcome)]
+    parts += [_models(outcome), _by_tolerance(outcome)]
+    if outcome.told_apart.empty:
+        parts.append(
+            "whether the summaries tell the models apart was not tested: a prior has"
+            f" fewer than {FEWEST_COMPARED} simulations with all summaries"
+        )
+    else:
+        parts.append(_told_apart(outcome))
     tables = ("summaries", "models", "tolerances", "told_apart")
     facts = {
         "to": outcome.to,
@@ -291,18 +294,35 @@ def _misfits(outcome: Odds) -> Iterator[str]:
         yield "no model produces such data: the odds tell the least wrong model"
 
 
-def _models(outcome: Odds) -> TextTable:
-    best = outcome.models["evidence"].max()
-    rows = []
+def _cautions(outcome: Odds) -> Iterator[str]:
+    """Yield lines on studies that are not complete, or whose fit is not known."""
     for row in outcome.models.to_dict("records"):
-        is_best = row["evidence"] == best
+        if math.isnan(row["fit"]):
+            yield (
+                f"the fit of {row['study']} was not tested: fewer than"
+                f" {FEWEST_COMPARED} simulations of the prior have all summaries"
+            )
+        if not row["finished"]:
+            yield (
+                f"{row['study']} is not finished: launch the study again for further"
+                " generations"
+            )
+        if row["missing"]:
+            trials = so_many(row["missing"], "trial")
+            yield f"{trials} of the plan of {row['study']} are not stored"
+
+
+def _models(outcome: Odds) -> TextTable:
+    best = outcome.models["evidence"].argmax()
+    rows = []
+    for place, row in enumerate(outcome.models.to_dict("records")):
         rows.append(
             [
                 str(row["study"]),
                 str(row["model"]),
                 f"{row['near']:,} of {row['simulations']:,}",
                 _significant(row, "evidence"),
-                "1" if is_best else _significant(row, "factor"),
+                "1" if place == best else _significant(row, "factor"),
                 _significant(row, "probability"),
             ]
         )
