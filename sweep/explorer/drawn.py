@@ -132,7 +132,7 @@ def _marks(kind: FigureKind, study: StoredStudy, choices: Choices) -> FigureMark
 
 
 def _why_not(kind: FigureKind, study: StoredStudy, question: AskFigure) -> str:
-    return kind.suits(study, _choices(kind, question))
+    return kind.suits(study, _choices(kind, question), as_marks=True)
 
 
 def _about(name: str, reasons: dict[str, str]) -> dict[str, str]:

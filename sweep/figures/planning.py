@@ -119,6 +119,9 @@ class FigureKind(NamedTuple):
         Function that returns the figure of one or two metrics as plain data.
     of_precision : bool, default False
         True if a figure shows the precision of numbers in place of the numbers.
+    lacks : callable
+        Function that returns what to install before a figure can be drawn, in words, or
+        "". Marks need no such package.
     """
 
     text: str
@@ -128,6 +131,7 @@ class FigureKind(NamedTuple):
     of_several: bool = False
     marks: Callable[[StoredStudy, Choices], FigureMarks] | None = None
     of_precision: bool = False
+    lacks: Callable[[], str] = str
 
     def figures(self, study: Results, choices: Choices) -> list[Planned]:
         """Plan the figures of a study.
@@ -147,17 +151,25 @@ class FigureKind(NamedTuple):
         ChoiceError
             If the kind does not suit the study.
         """
+        lacking = self.lacks()
+        if lacking:
+            raise ChoiceError(lacking, study.name)
+        return self._planned(study, choices)
+
+    def _planned(self, study: Results, choices: Choices) -> list[Planned]:
         if not (self.of_several or isinstance(study, StoredStudy)):
             raise ChoiceError("shows one study at a time", study.name)
         return self.plan(study, choices)
 
-    def suits(self, study: Results, choices: Choices) -> str:
+    def suits(self, study: Results, choices: Choices, *, as_marks: bool = False) -> str:
         """Return why this kind does not suit a study, or "" if the kind suits.
 
         Parameters
         ----------
         study : Results
         choices : Choices
+        as_marks : bool, default False
+            Whether marks are wanted, which need no package that draws.
 
         Returns
         -------
@@ -165,7 +177,10 @@ class FigureKind(NamedTuple):
             The reason, or "".
         """
         try:
-            self.figures(study, choices)
+            if as_marks:
+                self._planned(study, choices)
+            else:
+                self.figures(study, choices)
         except UserError as error:
             return error.reason
         return ""

@@ -18,6 +18,7 @@ from sweep.design.jobs import Job
 from sweep.errors import ChoiceError, SpecError, StoreError, UserError
 from sweep.figures import Choices, posterior_figure
 from sweep.loaded import LoadedStudy
+from sweep.methods.calibration import figure
 from sweep.methods.calibration.analysis import Posterior, quantiles, uniformity
 from sweep.methods.calibration.distances import Distance, spread_of
 from sweep.methods.calibration.figure import KIND
@@ -786,3 +787,9 @@ def test_the_marks_of_the_explorer_are_all_simulations(
         assert marks["x"].tolist() == values[marks["point"]].tolist()
     with pytest.raises(ChoiceError, match="takes no metric"):
         KIND.marks(study, Choices(metrics=("speed",)))
+    # The package that draws figures is an extra, and marks do without.
+    monkeypatch.setattr(figure, "find_spec", lambda _name: None)
+    assert KIND.suits(study, Choices(), as_marks=True) == ""
+    assert "needs the package corner" in KIND.suits(study, Choices())
+    with pytest.raises(ChoiceError, match="needs the package corner"):
+        posterior_figure(study)

@@ -59,27 +59,27 @@ def posterior_figure(study: StoredStudy) -> Figure:
     >>> study = sweep.load("my/fit")
     >>> posterior_figure(study).savefig("posterior.pdf")
     """
-    _check(study)
     return draw_posterior(study, posterior(study))
 
 
-def _check(study: StoredStudy) -> None:
+def _lacks() -> str:
+    """Return what to install before a posterior can be drawn; "" if nothing."""
     if find_spec("corner") is None:
-        raise ChoiceError(
-            f"the figure needs the package corner: {installing('calibrate')}",
-            study.name,
-            "posterior",
-        )
+        return f"the figure needs the package corner: {installing('calibrate')}"
+    return ""
 
 
 def draw_posterior(study: StoredStudy, outcome: Posterior) -> Figure:
-    """Draw the figure of a posterior. Raises ChoiceError if no parameter has numbers.
+    """Draw the figure of a posterior. Raises ChoiceError as `posterior_figure`.
 
     Parameters
     ----------
     study : StoredStudy
     outcome : Posterior
     """
+    lacking = _lacks()
+    if lacking:
+        raise ChoiceError(lacking, study.name, "posterior")
     import corner
 
     if outcome.parameters.empty:
@@ -144,7 +144,6 @@ def _check_metrics(study: StoredStudy, choices: Choices) -> None:
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
     """Return a figure. Raises ChoiceError as `posterior_figure`, and for metrics."""
-    _check(study)
     outcome = posterior(study)
     _check_metrics(study, choices)
     return [Planned("", partial(draw_posterior, study, outcome))]
@@ -212,5 +211,9 @@ def _panel(
 
 
 KIND = FigureKind(
-    "the posterior of a calibrated study, by parameter", (), plan, marks=marks
+    "the posterior of a calibrated study, by parameter",
+    (),
+    plan,
+    marks=marks,
+    lacks=_lacks,
 )
