@@ -2,6 +2,8 @@
 
 Usage: python convert.py drives_data.mat
 
+The drives with odd and with even numbers are also in odd.parquet and even.parquet.
+
 The file `drives_data.mat` is part of the repository of the authors, see README.md in
 the folder above. The file has positions (m) and velocities
 (m/s) of 14 sheep, the dog and the shepherd, every 0.1 s. Arrays of an event hold
@@ -63,8 +65,11 @@ def drives(data: Mapping[str, Any]) -> Iterator[pd.DataFrame]:
 def main() -> None:
     """Convert the file that is named on the command line."""
     data = loadmat(sys.argv[1], simplify_cells=True)
-    target = Path(__file__).with_name("drives.parquet")
-    pd.concat(drives(data), ignore_index=True).to_parquet(target)
+    table = pd.concat(drives(data), ignore_index=True)
+    is_odd = table["drive"] % 2 == 1
+    parts = {"drives": table, "odd": table[is_odd], "even": table[~is_odd]}
+    for name, rows in parts.items():
+        rows.to_parquet(Path(__file__).with_name(f"{name}.parquet"))
 
 
 if __name__ == "__main__":
