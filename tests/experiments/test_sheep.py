@@ -18,11 +18,13 @@ from tests.recordings.tracks import jobs_of
 
 FOLDER = ROOT / "experiments" / "sheep"
 REPLICATES = 10
+HALVES = {"odd": {1, 3}, "even": {2}}
 
 
 def means_of_the_readme() -> dict[tuple[str, float], dict[str, str]]:
     """The means in the table of results, as texts: by model and range of repulsion."""
-    lines = (FOLDER / "README.md").read_text("utf-8").partition("## Results")[2]
+    page = (FOLDER / "README.md").read_text("utf-8")
+    lines = page.partition("## Results")[2].partition("\n## ")[0]
     heads, _, *rows = [line for line in lines.splitlines() if line.startswith("|")]
     names = re.findall(r"(\w+), r_a = ([0-9.]+)", heads)
     found = {(model, float(reach)): dict[str, str]() for model, reach in names}
@@ -84,6 +86,9 @@ def test_the_drives_of_an_event_are_cut_at_their_lengths(
         "dog": 1,
         "shepherd": 1,
     }
+    halves = {name: pd.read_parquet(tmp_path / f"{name}.parquet") for name in HALVES}
+    assert {name: set(half["drive"]) for name, half in halves.items()} == HALVES
+    assert sum(map(len, halves.values())) == len(tracks)
     second = tracks.query("drive == 2 and id == 15")
     assert set(second["kind"]) == {"dog"}
     np.testing.assert_array_equal(second["x"], arrays["pos_ev_1"][14, 0, 3:])
