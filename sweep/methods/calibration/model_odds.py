@@ -52,6 +52,8 @@ class Odds:
         equal precision; evidence; factor, the Bayes factor against the largest
         evidence; probability; and fit, see `Posterior.fit`. Columns with _low and _high
         have the 95 % confidence intervals of evidence, factor and probability.
+        Further columns: finished, true if no generation follows; missing, the number of
+        requested trials that are not stored.
     tolerances : DataFrame
         One row per tolerance and study. Columns: tolerance, study, near, probability,
         probability_low, probability_high.
@@ -162,7 +164,7 @@ class _Calibrated:
         return np.sort(self.distances[np.isfinite(self.distances)])
 
     def evidence(self, tolerance: float) -> Evidence:
-        """Return the evidence of the model at a tolerance."""
+        """Return the evidence of the model at a tolerance, in spreads."""
         near = np.isfinite(self.distances) & (self.distances <= tolerance)
         return evidence(self.weights, near, len(self.prior))
 
