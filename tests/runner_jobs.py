@@ -98,17 +98,6 @@ def processes_below(parent: int) -> set[int]:
     return found
 
 
-def said_by_us(errors: str) -> list[str]:
-    """What is on stderr but for loky's tracker, which may warn of a semaphore that is
-    gone already: nothing is left.
-    """
-    return [
-        line
-        for line in errors.splitlines()
-        if "resource_tracker" not in line and line != "  warnings.warn("
-    ]
-
-
 @contextmanager
 def started(command: Sequence[str], folder: Path) -> Iterator["subprocess.Popen[str]"]:
     """A running command in a session of its own, of which nothing is left at the end,

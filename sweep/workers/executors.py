@@ -6,6 +6,7 @@ keeper of the limits of jobs. `cluster.py` has another engine.
 
 import glob
 import os
+import queue
 import secrets
 import signal
 import sys
@@ -222,6 +223,7 @@ class Loky(FliesOnProcessors):
         if self._pool is None:
             return
         try:
+            self._pool.take_back()
             self._pool.pool.shutdown(wait=False, kill_workers=True)
             self._pool.manager.join(PATIENCE_SECONDS)
         finally:
@@ -229,6 +231,7 @@ class Loky(FliesOnProcessors):
             # result in vain.
             self._pool.end()
             self._pool.manager.join()
+            self._pool.join_feeder()
         self._pool = None
 
     def check(self) -> None:
@@ -258,6 +261,7 @@ class _Pool:
         self.manager: threading.Thread = pool._executor_manager_thread
         self._processes = pool._processes
         self._writer = pool._result_queue._writer
+        self._jobs = pool._call_queue
 
     def lacks_a_process(self) -> bool:
         """Return whether a process is dead that the pool considers alive."""
@@ -272,6 +276,28 @@ class _Pool:
                 end(process.pid)
         if not self._writer.closed:
             self._writer.close()
+
+    def take_back(self) -> None:
+        """Take back the jobs that no process has yet; their futures fail at shutdown.
+
+        loky's manager drops these jobs at shutdown, and then raises a KeyError for the
+        first number that still waits.
+        """
+        with suppress(queue.Empty):
+            while True:
+                self.pool._work_ids.get_nowait()
+
+    def join_feeder(self) -> None:
+        """Wait for the thread that sends jobs to the processes, which have ended.
+
+        The thread may hold the last reference to a semaphore. If the interpreter ended
+        while the thread removes the semaphore, loky's tracker would miss a semaphore.
+        """
+        self._jobs.close()
+        self._jobs._reader.close()  # a thread that still writes gets an error and ends
+        feeder = self._jobs._thread
+        if feeder is not None:
+            feeder.join()
 
 
 @contextmanager

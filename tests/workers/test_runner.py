@@ -6,6 +6,7 @@ import heapq
 import os
 import signal
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from concurrent.futures import Executor
@@ -178,7 +179,7 @@ def test_the_pool_stays_warm_between_drives(warm: Loky) -> None:
 def test_closing_the_iterator_ends_the_workers_at_once() -> None:
     executor = Loky(2)
     before = runner_jobs.processes_below(os.getpid())
-    jobs = [0.01] * 4 + [60.0] * 4
+    jobs = [0.01] * 4 + [2 * PATIENCE] * 4
     batches = drive(
         jobs,
         runner_jobs.nap,
@@ -191,9 +192,23 @@ def test_closing_the_iterator_ends_the_workers_at_once() -> None:
     assert workers <= runner_jobs.processes_below(os.getpid()) - before
     start = time.monotonic()
     batches.close()
-    assert time.monotonic() - start < 5
+    assert time.monotonic() - start < PATIENCE
     assert not workers & runner_jobs.processes_below(os.getpid())
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_no_thread_is_left_where_a_pool_ends_that_does_not_read_its_jobs() -> None:
+    """A thread that sends jobs would remove semaphores while the interpreter ends."""
+    executor = Loky(1)
+    threads = set(threading.enumerate())
+    pool = executor.start()
+    pool.submit(int).result()
+    (worker,) = pool._processes
+    os.kill(worker, signal.SIGSTOP)
+    large = [pool.submit(len, bytes(1_000_000)) for _ in range(2)]
+    executor.stop()
+    assert all(job.done() for job in large)
+    assert set(threading.enumerate()) <= threads
 
 
 INTERRUPTED = """
@@ -229,7 +244,7 @@ def test_ctrl_c_keeps_what_is_done_and_leaves_promptly_without_orphans() -> None
         os.killpg(process.pid, signal.SIGINT)
         output, errors = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
-    assert runner_jobs.said_by_us(errors) == []
+    assert errors == ""
     kept = output.splitlines()[-1].split()
     assert kept[0] == "kept"
     assert 6 <= int(kept[1]) < 100
