@@ -11,13 +11,14 @@ import pyarrow.compute as pc
 from numpy.typing import NDArray
 
 from sweep.design import NO_IDS, Ids, KnownIds, as_texts, packed
-from sweep.store import Store, give_back, trial_metrics
+from sweep.spec import ProfilePoint
+from sweep.store import AT, Store, give_back, trial_metrics, values_at
 from sweep.tables import checked_numbers
 from sweep.trial import FAILED, Result
 
 
 class StoredTrials:
-    """The stored trials of a study: id, status and some `columns` of each trial.
+    """The stored trials of a study: id, status and some values of each trial.
 
     With `retry`, only trials that are done do not run again. Raises StoreError if the
     trials cannot be read, or differ from the output of a launch.
@@ -32,24 +33,46 @@ class StoredTrials:
         Whether each of these trials does not run again, shape (n,).
     """
 
-    def __init__(self, store: Store, columns: Sequence[str], *, retry: bool) -> None:
+    def __init__(
+        self, store: Store, values: Sequence[str | ProfilePoint], *, retry: bool
+    ) -> None:
+        columns = [value for value in values if isinstance(value, str)]
+        self.points = [value for value in values if isinstance(value, ProfilePoint)]
         texts = {"trial_id": pa.string(), "status": pa.string()}
         table = store.read("trials", columns=list(texts), optional=columns)
         checked_numbers(store.folder, table, columns)
-        self.known = KnownIds.of_column(table["trial_id"].cast(pa.string()))
+        ids = table["trial_id"].cast(pa.string())
+        self.known = KnownIds.of_column(ids)
         table = table.drop_columns("trial_id")
         for name in columns:
             if name not in table.column_names:
                 table = table.append_column(name, pa.nulls(len(table)))
-        kinds = {"status": pa.string()} | dict.fromkeys(columns, pa.float64())
+        for name, column in self._stored_points(store, ids).items():
+            table = table.append_column(name, column)
+        kinds = {"status": pa.string()} | dict.fromkeys(map(str, values), pa.float64())
         self.schema = pa.schema(kinds)
         self.table = table.select(self.schema.names).cast(self.schema)
-        del table
+        del table, ids
         give_back()
         self.final = np.ones(len(self.table), np.bool_)
         if retry:
             self.final = self.done
         self._begin(NO_IDS)
+
+    def _stored_points(self, store: Store, ids: pa.ChunkedArray) -> dict[str, pa.Array]:
+        """Return the values of the stored trials at the points of profiles."""
+        if not self.points:
+            return {}
+        profiles = dict.fromkeys(point.profile for point in self.points)
+        named = [name for each in profiles for name in (each, f"{each}{AT}")]
+        table = store.read("profiles", columns=["trial_id"], optional=named)
+        known = KnownIds.of_column(table["trial_id"].cast(pa.string()))
+        places = known.places_of_column(ids)
+        rows = pa.array(places, mask=places < 0)
+        return {
+            str(point): pa.array(values_at(point, table)).take(rows)
+            for point in self.points
+        }
 
     def _begin(self, ids: Ids) -> None:
         self._requested = ids
@@ -95,7 +118,16 @@ class StoredTrials:
 
     def note(self, results: Sequence[Result]) -> None:
         """Enter trials of this round that are stored now."""
-        rows = [{"status": result.status} | trial_metrics(result) for result in results]
+        rows = [
+            {"status": result.status}
+            | trial_metrics(result)
+            | {
+                str(point): point.of(profile.at, profile.value)
+                for point in self.points
+                if (profile := result.profiles.get(point.profile))
+            }
+            for result in results
+        ]
         table = pa.Table.from_pylist(rows, self.schema)
         self._noted.append(packed(result.job.trial_id for result in results))
         self._noted_rows = pa.concat_tables([self._noted_rows, table])

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from sweep.campaigns.progress import Progress
 from sweep.design import Counts, Ids, Job, as_texts, blocks, evenly
-from sweep.spec import Study
+from sweep.spec import ProfilePoint, Study
 from sweep.store import Share
 
 Origin = Mapping[str, object]
@@ -28,7 +28,7 @@ PlanTables = tuple[pa.RecordBatchReader, pa.Table | None]
 Look = Callable[[], pa.Table]
 """Function that returns a stored row per trial of the last round, in order.
 
-The columns are `status` and all columns in `looks_at` of the strategy. A cell is null
+The columns are `status` and all values in `looks_at` of the strategy. A cell is null
 if the trial is not stored, or lacks the value.
 """
 
@@ -92,8 +92,11 @@ class Strategy(Protocol[P_co]):
         """
 
     @property
-    def looks_at(self) -> Sequence[str]:
-        """Columns that a look shows, in addition to the status."""
+    def looks_at(self) -> Sequence[str | ProfilePoint]:
+        """Values of trials that a look shows, in addition to the status.
+
+        A value is a column of `trials`, or a point of a profile.
+        """
 
     def rounds(self, look: Look) -> Iterator[Round]:
         """Yield round after round.

@@ -1,7 +1,11 @@
 """The profiles that a study records: metrics with values along an axis."""
 
+import math
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from kernels.catalogue import Catalogue
 from kernels.model import WORKING, Model
@@ -15,6 +19,43 @@ from sweep.text import unknown
 MOST_BINS = 1000
 ANY_PROFILE = next(iter(PROFILES))
 """A profile for examples."""
+
+
+class ProfilePoint(NamedTuple):
+    """A position on the axis of a profile, at which a trial has a value.
+
+    Attributes
+    ----------
+    profile : str
+        Name of the profile.
+    at : float
+        Position in the unit of the axis.
+    """
+
+    profile: str
+    at: float
+
+    def __str__(self) -> str:
+        return f"{self.profile} at {self.at:.12g}"
+
+    def of(self, positions: NDArray[np.float64], values: NDArray[np.float64]) -> float:
+        """Return the value at the position, on a straight line between two neighbours.
+
+        Parameters
+        ----------
+        positions : array of float, shape (K,)
+            Positions along the axis, ascending.
+        values : array of float, shape (K,)
+
+        Returns
+        -------
+        float
+            NaN beyond the positions, and where a neighbour has no value.
+        """
+        if not len(positions):
+            return math.nan
+        nothing = math.nan
+        return float(np.interp(self.at, positions, values, left=nothing, right=nothing))
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ from sweep.spec.contents import Content
 from sweep.spec.document import Entry, Place
 from sweep.spec.keys import Key
 from sweep.spec.maps import OwnMap
+from sweep.spec.profiles import RecordedProfile
 from sweep.spec.recorded import KnownMetrics
 from sweep.spec.replication import Replication
 from sweep.spec.schema_parts import Schema
@@ -53,6 +54,8 @@ class SpecContext(NamedTuple):
         Number of trials per point. None if the number is wrong.
     recorded : sequence of str
         Recorded metrics, or all known metrics if the record is wrong.
+    profiles : sequence of RecordedProfile, optional
+        Recorded profiles. None if the record is wrong.
     known : KnownMetrics
         Known metrics.
     settings : mapping
@@ -70,6 +73,7 @@ class SpecContext(NamedTuple):
     axes: Sequence[Axis] | None
     replication: Replication | None
     recorded: Sequence[str]
+    profiles: Sequence[RecordedProfile] | None
     known: KnownMetrics
     settings: Mapping[str, Setting]
     reader: AxisReader

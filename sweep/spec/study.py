@@ -846,6 +846,7 @@ def _of_model(
         axes=None,
         replication=replication,
         recorded=(*known.metrics, *metrics.derived),
+        profiles=None,
         known=metrics,
         settings=settings,
         reader=reader,
@@ -878,7 +879,7 @@ def _of_model(
     ]
     record = mistakes.read(_record, recorded, metrics, derived, columns=columns)
     if record:
-        context = context._replace(recorded=record.names)
+        context = context._replace(recorded=record.names, profiles=record.profiles)
     looking = [section for section in present if not (section.columns or section.axis)]
     _read_sections(root, looking, context, section_values, mistakes=mistakes)
     streams = mistakes.read(_streams, values.get("streams"), present)

@@ -79,6 +79,7 @@ from .rows import profile_columns as profile_columns
 from .rows import trajectories_schema as trajectories_schema
 from .rows import trial_metrics as trial_metrics
 from .rows import trial_row as trial_row
+from .rows import values_at as values_at
 from .shares import Share as Share
 from .store import SEARCH_AGAIN as SEARCH_AGAIN
 from .store import Store as Store

@@ -4,6 +4,7 @@ The metadata of columns have units, and the metadata of the file have the proven
 """
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from functools import lru_cache
@@ -24,6 +25,7 @@ from sweep.spec import (
     LAST_STATES,
     PARENT,
     Column,
+    ProfilePoint,
     Setting,
     Streams,
     Study,
@@ -448,6 +450,26 @@ def profile_columns(profiles: Mapping[str, ProfileValues]) -> dict[str, list[Flo
         for name, profile in profiles.items()
         for column, values in ((name, profile.value), (f"{name}{AT}", profile.at))
     }
+
+
+def values_at(point: ProfilePoint, profiles: pa.Table) -> Floats:
+    """Return the values at a point of a profile, of the trials of a table, shape (n,).
+
+    NaN for a trial without the profile.
+    """
+    at = f"{point.profile}{AT}"
+    if not {point.profile, at} <= {*profiles.column_names}:
+        return np.full(len(profiles), math.nan)
+    rows = zip(profiles[at], profiles[point.profile], strict=True)
+    return np.array(
+        [
+            point.of(positions.values.to_numpy(), values.values.to_numpy())
+            if positions.is_valid and values.is_valid
+            else math.nan
+            for positions, values in rows
+        ],
+        np.float64,
+    )
 
 
 def trial_metrics(result: Result) -> dict[str, float]:

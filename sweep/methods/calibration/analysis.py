@@ -1,6 +1,6 @@
 """The posterior of a calibrated study, with the checks that tell what it is worth."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,7 +19,7 @@ from sweep.methods.calibration.rule import (
     from_json,
     summarised,
 )
-from sweep.methods.calibration.strategy import ABOUT, DRAW
+from sweep.methods.calibration.strategy import ABOUT, DRAW, values_at_points
 from sweep.methods.calibration.targets import (
     DATA,
     FEWEST,
@@ -176,13 +176,16 @@ def described(study: StoredStudy) -> dict[str, Any]:
     file = study.store.folder / PLAN
     description = metadata(study.asked.schema, ABOUT, SHAPE, file, remedy=AGAIN)
     try:
-        check_description(description, columns_of(study.about.record))
+        columns = columns_of(study.about.record)
+        check_description(description, columns, study.known.profiles)
     except (TypeError, ValueError) as error:
         raise StoreError(f"{file}: {error}; {AGAIN}") from error
     return description
 
 
-def check_description(description: Mapping[str, Any], columns: Sequence[str]) -> None:
+def check_description(
+    description: Mapping[str, Any], columns: Sequence[str], profiles: Collection[str]
+) -> None:
     """Raise ValueError or TypeError for a description that no launch writes.
 
     Parameters
@@ -191,17 +194,21 @@ def check_description(description: Mapping[str, Any], columns: Sequence[str]) ->
         Description of a calibration, with a checked shape.
     columns : sequence of str
         Recorded columns.
+    profiles : collection of str
+        Known profiles.
     """
     rule = from_json(description["rule"])
     numbers = (rule.draws, rule.population, rule.replicates)
     if min(numbers) < 1 or min(rule.generations, rule.checks) < 0:
         raise ValueError("the numbers of the calibration are not allowed")
     for summary in rule.summaries:
-        if summary.column not in columns:
+        if summary.column not in (columns if summary.at is None else profiles):
             raise ValueError(f"the summary {summary.column} is not recorded")
         statistic = summary.statistic
         if statistic not in STATISTICS and not 0.0 < float(statistic) < 1.0:
             raise ValueError(f"there is no statistic {statistic}")
+        if summary.at is not None and not 0.0 <= float(summary.at) < np.inf:
+            raise ValueError(f"there is no position {summary.at}")
     for name, prior in rule.priors.items():
         if prior.form not in DISTRIBUTIONS:
             raise ValueError(f"{name} has no distribution {prior.form}")
@@ -330,9 +337,13 @@ class StoredSimulations:
         missing = rows["status"].isna().to_numpy()
         self.missing = int(missing.sum())
         self.stored = ~missing.reshape(shape).any(axis=1)
-        return {
+        values = {
             name: rows[name].to_numpy(np.float64, na_value=np.nan).reshape(shape)
             for name in rule.columns
+        }
+        at_points = values_at_points(self.study, rule, ids)
+        return values | {
+            name: column.reshape(shape) for name, column in at_points.items()
         }
 
     def rows(self, number: int, generation: int) -> NDArray[np.bool_]:
@@ -386,7 +397,7 @@ class StoredSimulations:
                 self.study.name,
             )
         if not len(targets[0].population.nearest):
-            columns = ", ".join(self.rule.columns)
+            columns = ", ".join(map(str, self.rule.sources))
             raise StoreError(
                 f"no simulation has all summaries: no trials have values of {columns}",
                 self.study.name,

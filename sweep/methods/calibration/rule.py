@@ -7,7 +7,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.spec import Value
+from sweep.spec import ProfilePoint, Value
 
 Floats = NDArray[np.float64]
 MEAN = "mean"
@@ -16,25 +16,33 @@ STATISTICS = (MEAN, DEVIATION)
 
 
 class Summary(NamedTuple):
-    """A statistic of a column over the trials of a data set.
+    """A statistic of a metric or profile over the trials of a data set.
 
     Attributes
     ----------
     column : str
-        Column of trials.
+        Column of trials, or a profile.
     statistic : str or float
         "mean", "sd" for the standard deviation, or the probability of a quantile.
+    at : float, optional
+        Position along the axis of a profile; None for a column of trials.
     """
 
     column: str
     statistic: str | float
+    at: float | None = None
+
+    @property
+    def source(self) -> str | ProfilePoint:
+        """The value of a trial that the summary needs."""
+        return self.column if self.at is None else ProfilePoint(self.column, self.at)
 
     @property
     def words(self) -> str:
         """The summary in words."""
         if isinstance(self.statistic, str):
-            return f"{self.statistic} of {self.column}"
-        return f"{self.statistic:g} quantile of {self.column}"
+            return f"{self.statistic} of {self.source}"
+        return f"{self.statistic:g} quantile of {self.source}"
 
     def of(self, values: Floats) -> Floats:
         """Return the statistic over the last axis; trials without a value do not count.
@@ -121,9 +129,19 @@ class Calibration:
     replicates: int
 
     @property
+    def sources(self) -> tuple[str | ProfilePoint, ...]:
+        """The values of trials that the summaries need, without repetition."""
+        return tuple(dict.fromkeys(summary.source for summary in self.summaries))
+
+    @property
     def columns(self) -> tuple[str, ...]:
-        """The columns of trials that the summaries need, without repetition."""
-        return tuple(dict.fromkeys(summary.column for summary in self.summaries))
+        """The columns of trials that the summaries need."""
+        return tuple(value for value in self.sources if isinstance(value, str))
+
+    @property
+    def points(self) -> tuple[ProfilePoint, ...]:
+        """The points of profiles that the summaries need."""
+        return tuple(value for value in self.sources if isinstance(value, ProfilePoint))
 
     @property
     def least(self) -> int:
@@ -203,6 +221,6 @@ def summarised(summaries: Sequence[Summary], values: Mapping[str, Floats]) -> Fl
     summaries : sequence of Summary
         The S summaries.
     values : mapping
-        Values of each column, shape (n, trials).
+        Values of trials by source, shape (n, trials).
     """
-    return np.stack([each.of(values[each.column]) for each in summaries], axis=1)
+    return np.stack([each.of(values[str(each.source)]) for each in summaries], axis=1)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 from sweep.methods.calibration.rule import (
+    MEAN,
     STATISTICS,
     Calibration,
     Prior,
@@ -20,6 +21,7 @@ from sweep.spec import (
     Entry,
     Key,
     LaterSectionOf,
+    ListOf,
     Mistakes,
     Number,
     ReadLater,
@@ -35,6 +37,7 @@ from sweep.spec import (
     named,
     read_values,
     reference,
+    section_schema,
 )
 from sweep.store import Location
 
@@ -45,12 +48,45 @@ MOST_CHECKS = 1000
 PURPOSES = ("start", "world", "noise")
 
 
-def _summaries_schema() -> Schema:
-    """Return the schema of columns with statistics, or of a list of columns."""
+def _statistics_schema() -> Schema:
+    """Return the schema of a statistic, or of a list of statistics."""
     share = {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1}
     statistic: Schema = {"anyOf": [{"enum": list(STATISTICS)}, share]}
     several: Schema = {"type": "array", "items": statistic, "minItems": 1}
-    of_column: Schema = {"anyOf": [statistic, several]}
+    return {"anyOf": [statistic, several]}
+
+
+@dataclass(frozen=True, kw_only=True)
+class AtPositions:
+    """The keys of the summaries of a profile."""
+
+    at: Annotated[
+        tuple[float, ...],
+        Key(
+            ListOf(Number(least=0), "positions"),
+            "positions along the axis of the profile; between two stored positions the"
+            " value is on a straight line",
+            example="[0.5, 1, 2]",
+        ),
+    ]
+    statistics: Annotated[
+        tuple[str | float, ...],
+        Key(
+            ReadLater(
+                "mean, sd, a probability, or a list of these", _statistics_schema
+            ),
+            "statistics over trials of the value at each position",
+            otherwise="mean",
+            example="[mean, sd]",
+        ),
+    ]
+
+
+def _summaries_schema() -> Schema:
+    """Return the schema of columns with statistics, or of a list of columns."""
+    of_column: Schema = {
+        "anyOf": [*_statistics_schema()["anyOf"], section_schema(AtPositions)]
+    }
     columns: Schema = {"type": "array", "items": reference("column"), "minItems": 1}
     return {"anyOf": [columns, named(of_column, reference("column"))]}
 
@@ -74,9 +110,12 @@ class Calibrate:
             ReadLater(
                 "columns, each with mean, sd, a probability, or a list of these",
                 _summaries_schema,
+                parts=(AtPositions,),
+                between=".PROFILE",
             ),
             "what data and simulations are compared by: statistics of recorded metrics"
-            " over trials; a list of metrics means `mean`; a probability is a quantile",
+            " over trials; a list of metrics means `mean`; a probability is a quantile;"
+            " a profile has `{at: POSITIONS, statistics: ...}`",
             example=f"{{{ANY_METRIC}: [mean, sd]}}",
         ),
     ]
@@ -183,6 +222,9 @@ def _summaries(entry: Entry | None, context: SpecContext) -> tuple[Summary, ...]
     metrics = context.known.known.metrics
     if isinstance(entry.value, dict):
         for column, child in entry.mapping():
+            if column in context.known.known.profiles:
+                summaries += mistakes.read(_of_profile, child, column, context) or ()
+                continue
             with mistakes.noted():
                 check_recorded(child, column, context.recorded, metrics)
             for statistic in _statistics(child, mistakes):
@@ -190,13 +232,56 @@ def _summaries(entry: Entry | None, context: SpecContext) -> tuple[Summary, ...]
     else:
         for child in entry.entries():
             with mistakes.noted():
+                if child.text() in context.known.known.profiles:
+                    raise child.error(
+                        f'"{child.text()}" is a profile: write {_form(child.text())}'
+                    )
                 check_recorded(child, child.text(), context.recorded, metrics)
-                summaries.append(Summary(child.text(), STATISTICS[0]))
+                summaries.append(Summary(child.text(), MEAN))
     if len(summaries) > len(set(summaries)):
         with mistakes.noted():
             raise entry.error("summaries has a statistic twice")
     mistakes.check()
     return tuple(summaries)
+
+
+def _of_profile(entry: Entry, name: str, context: SpecContext) -> list[Summary]:
+    """Return the summaries of a profile at some positions."""
+    mistakes = Mistakes()
+    recorded = {each.name: each for each in context.profiles or ()}
+    if context.profiles is not None and name not in recorded:
+        with mistakes.noted():
+            raise entry.error(
+                f'profile "{name}" is not recorded: list it under "profiles" of'
+                ' "record"'
+            )
+    if context.known.known.profiles[name].axis == "individual":
+        raise entry.error(f'the positions of "{name}" are individuals, not a distance')
+    if not isinstance(entry.value, dict):
+        raise entry.expected(f"the positions of a profile: {_form(name)}")
+    with mistakes.noted():
+        check_keys(entry, AtPositions)
+    positions = read_values(AtPositions, entry, mistakes).get("at", ())
+    end = recorded[name].to if name in recorded else None
+    for place, at in enumerate(positions):
+        if end is not None and at > end:
+            with mistakes.noted():
+                raise (
+                    entry.child("at")
+                    .child(place)
+                    .expected(f"a position along {name}, which ends at {end:g}")
+                )
+    statistics: list[str | float] = [MEAN]
+    if written := entry.get("statistics"):
+        statistics = _statistics(written, mistakes)
+    mistakes.check()
+    return [
+        Summary(name, statistic, at) for at in positions for statistic in statistics
+    ]
+
+
+def _form(profile: str) -> str:
+    return f"{{{profile}: {{at: [0.5, 1], statistics: {MEAN}}}}}"
 
 
 def _statistics(entry: Entry, mistakes: Mistakes) -> list[str | float]:
@@ -229,7 +314,7 @@ def _check_trials(
         raise root.child(KEY.name).error(
             'needs "replicates": the number of trials of a simulation'
         )
-    single = [each for each in summaries if each.statistic != STATISTICS[0]]
+    single = [each for each in summaries if each.statistic != MEAN]
     if single and replicates == 1:
         raise root.child("replicates").error(
             f"the {single[0].words} needs at least 2 trials of a simulation, as many as"

@@ -15,7 +15,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from sweep.campaigns import Look, Origin, PlanTables, Progress, Round
-from sweep.design import Counts, Ids, Jobs, as_texts, expand
+from sweep.design import Counts, Ids, Jobs, KnownIds, as_texts, expand
 from sweep.errors import SpecError, UserError
 from sweep.methods.calibration.rule import Calibration, summarised
 from sweep.methods.calibration.targets import (
@@ -26,8 +26,10 @@ from sweep.methods.calibration.targets import (
     Target,
 )
 from sweep.methods.comparison import Side, read_side, study_named
+from sweep.methods.profiles import profile_units, recorded_profiles
 from sweep.spec import Axis, Column, Study, Value, Values, spelled
-from sweep.store import Location, PlanAbout
+from sweep.store import AT, Location, PlanAbout, values_at
+from sweep.tables import StoredStudy
 from sweep.text import so_many
 
 Floats = NDArray[np.float64]
@@ -81,7 +83,7 @@ class CalibrationStrategy:
     ) -> None:
         self.study = study
         self.rule = rule
-        self.looks_at = rule.columns
+        self.looks_at = rule.sources
         self.prior = PriorDraws(rule, study.settings, study.seed)
         self.simulations = _Simulations(study, self.prior)
         drawn = self.prior.first()
@@ -193,8 +195,8 @@ class CalibrationStrategy:
         counts = [len(batch.draws) for batch in batches]
         shape = sum(counts), self.rule.replicates
         values = {
-            name: table[name].to_numpy().astype(np.float64).reshape(shape)
-            for name in self.rule.columns
+            str(source): table[str(source)].to_numpy().astype(np.float64).reshape(shape)
+            for source in self.rule.sources
         }
         every = summarised(self.rule.summaries, values)
         return np.split(every, np.cumsum(counts)[:-1])
@@ -376,6 +378,9 @@ def read_data(study: Study, rule: Calibration, results: Location) -> Data:
         name: side.trials[name].to_numpy(np.float64, na_value=np.nan)[None]
         for name in rule.columns
     }
+    ids = pa.array(side.trials["trial_id"], pa.string())
+    at_points = values_at_points(side.study, rule, ids)
+    values |= {name: column[None] for name, column in at_points.items()}
     (summaries,) = summarised(rule.summaries, values)
     trials = min(int(np.isfinite(column).sum()) for column in values.values())
     unknown = [
@@ -392,12 +397,45 @@ def read_data(study: Study, rule: Calibration, results: Location) -> Data:
     return Data(summaries.tolist(), trials)
 
 
+def values_at_points(
+    study: StoredStudy, rule: Calibration, trials: pa.Array
+) -> dict[str, Floats]:
+    """Return the values of trials at the points of profiles, by point.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    rule : Calibration
+    trials : array of str, shape (n,)
+        Ids of trials.
+
+    Returns
+    -------
+    dict of arrays, shape (n,)
+        NaN for a trial without the profile.
+    """
+    if not rule.points:
+        return {}
+    table = study.read("profiles", trials)
+    known = KnownIds.of_column(table["trial_id"].cast(pa.string()))
+    places = known.places_of_column(pa.chunked_array([trials]))
+    at_points = dict[str, Floats]()
+    for point in rule.points:
+        stored = np.append(values_at(point, table), np.nan)
+        at_points[str(point)] = stored[places]
+    return at_points
+
+
 def _why_not(study: Study, rule: Calibration, side: Side) -> str:
     """Return why trials cannot be the data, in words; "" for data."""
     name = side.study.name
+    profiles = recorded_profiles(side.study.profiles)
     lacking = [column for column in rule.columns if column not in side.trials]
+    lacking += dict.fromkeys(
+        point.profile for point in rule.points if point.profile not in profiles
+    )
     if lacking:
-        recorded = ", ".join(side.study.metrics)
+        recorded = ", ".join((*side.study.metrics, *profiles))
         return f"{name} lacks {', '.join(lacking)}; recorded: {recorded}"
     if side.missing:
         trials = so_many(side.missing, "trial")
@@ -409,14 +447,40 @@ def _why_not(study: Study, rule: Calibration, side: Side) -> str:
             f"{side.text} has {points:,} points, and data are trials of one point:"
             f" choose with {name}:parameter=value, of {varied}"
         )
-    for column in rule.columns:
-        unit = side.study.units.get(column, "")
-        if unit != (own := _unit(study, column)):
+    for column, stored, own in _units(study, rule, side.study):
+        if stored != own:
             return (
-                f"{column} cannot be compared: the unit is {unit or 'none'} in {name}"
+                f"{column} cannot be compared: the unit is {stored or 'none'} in {name}"
                 f" and {own or 'none'} here"
             )
+    return _why_beyond(rule, side)
+
+
+def _why_beyond(rule: Calibration, side: Side) -> str:
+    """Return which position is not on the axis of the data, in words; "" for none."""
+    for profile, at in rule.points:
+        positions = np.concatenate([*side.study.profiles[f"{profile}{AT}"]])
+        first, last = positions.min(), positions.max()
+        if not first <= at <= last:
+            return (
+                f"{profile} has positions from {first:g} to {last:g} in {side.text}, so"
+                f" there is no value at {at:g}"
+            )
     return ""
+
+
+def _units(
+    study: Study, rule: Calibration, stored: StoredStudy
+) -> Iterator[tuple[str, str, str]]:
+    """Yield each value that is compared, with its unit in the data and in a study."""
+    for column in rule.columns:
+        yield column, stored.units.get(column, ""), _unit(study, column)
+    model = study.known.models[study.model]
+    for name in dict.fromkeys(point.profile for point in rule.points):
+        profile = study.known.profiles[name]
+        unit, axis_unit = profile_units(stored, name)
+        yield name, unit, spelled(profile.unit, model)
+        yield f"the axis of {name}", axis_unit, spelled(profile.axis_unit, model)
 
 
 def _unit(study: Study, column: str) -> str:
