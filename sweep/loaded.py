@@ -85,13 +85,14 @@ class LoadedStudy(StoredStudy):
         """
         return posterior(self)
 
-    def odds(self, *studies: StoredStudy) -> Odds:
+    def odds(self, *studies: StoredStudy | str) -> Odds:
         """Return how probable this and other calibrated models are, given the data.
 
         Parameters
         ----------
-        *studies : StoredStudy
-            Studies with other models or priors, and with the same data.
+        *studies : StoredStudy or str
+            Studies with other models or priors, and with the same data; or their names
+            in the same folder of results.
 
         Raises
         ------
@@ -102,13 +103,18 @@ class LoadedStudy(StoredStudy):
 
         Examples
         --------
-        >>> odds = sweep.load("my/fit").odds(sweep.load("my/wide_fit"))
+        >>> odds = sweep.load("my/fit").odds("my/wide_fit")
         >>> odds.models[["study", "probability"]].round(1)
                  study  probability
         0       my/fit          0.7
         1  my/wide_fit          0.3
         """
-        return odds((self, *studies))
+        results = self.store.results
+        others = [
+            StoredStudy(study, results) if isinstance(study, str) else study
+            for study in studies
+        ]
+        return odds((self, *others))
 
     def table(
         self,

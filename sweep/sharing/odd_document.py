@@ -99,6 +99,9 @@ class StudyFacts:
         Numbers of points and of trials.
     replicates : str
         Number of trials per point, in words.
+    growth : str
+        Condition on which trials or points are added, in words; "" for a stored study,
+        or if none are added.
     seeds : str
         Origin of the random numbers, in words.
     streams : mapping
@@ -127,6 +130,7 @@ class StudyFacts:
     points: int
     trials: int
     replicates: str
+    growth: str
     seeds: str
     streams: Mapping[str, str]
     spec: str
@@ -169,6 +173,7 @@ def of_spec(study: Study, design: Design) -> StudyFacts:
         points=design.n_points,
         trials=study.most_trials(design.n_points),
         replicates=f"{most}{study.trials_per_point:,}",
+        growth=study.rule.in_words if study.rule else "",
         seeds=f"the seeds {', '.join(map(str, study.seeds))}"
         if study.seeds
         else f"made from the seed {study.seed}",
@@ -217,6 +222,7 @@ def of_stored(study: StoredStudy) -> StudyFacts:
         points=len(study.points),
         trials=study.plan.num_rows,
         replicates=_span([int(counts.min()), int(counts.max())]),
+        growth="",
         seeds=f"the seeds {', '.join(map(str, listed))}"
         if first["seed_listed"]
         else f"made from the seed {', '.join(map(str, listed))}",
@@ -778,8 +784,8 @@ def _experiment(page: _Page) -> None:
         )
     else:
         page.say(
-            f"{facts.points:,} points, {facts.replicates} trials per point,"
-            f" {facts.trials:,} trials in total. Preset {facts.preset}."
+            f"{facts.points:,} points, {facts.replicates} trials per point"
+            f"{facts.growth}, {facts.trials:,} trials in total. Preset {facts.preset}."
         )
     if varied:
         page.table(

@@ -3,6 +3,8 @@
 import json
 import math
 from collections.abc import Callable
+from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -27,9 +29,10 @@ from sweep.methods.calibration.proposals import Population, ProposalKernel
 from sweep.methods.calibration.report import posterior_report
 from sweep.methods.calibration.rule import Summary
 from sweep.methods.calibration.strategy import ABOUT
+from sweep.spec.profiles import ProfilePoint
 from sweep.spec.schema import json_schema
 from sweep.spec.study import parse_spec
-from sweep.trial.result import Result, failed
+from sweep.trial.result import ProfileValues, Result, failed
 from sweep.workers.executors import Serial
 from tests.methods.measured_calibration import (
     Simulate,
@@ -68,6 +71,10 @@ SMALL = FIT.replace("points: 400", "points: 100").replace(
 SECOND = "[0, 3]}, cohesion_weight: {uniform: [0, 3]}"
 TWO = FIT.replace("[0, 3]}", SECOND)
 SMALL_TWO = SMALL.replace("[0, 3]}", SECOND)
+PROFILED = "every: 1, profiles: [{name: pair_distribution, to: 3}]"
+OF_PROFILE = SMALL.replace(
+    "[speed]", "{pair_distribution: {at: [1.5], statistics: mean}}", 1
+).replace("every: 1", PROFILED)
 SURE = 4.0
 """Standard errors by which a mean may be away: false alarms of 1 in 16,000."""
 VALIDATOR = Draft7Validator(json_schema())
@@ -78,6 +85,23 @@ def normal(job: Job) -> Result:
     rng = np.random.default_rng([int(job.point, 16), job.replicate])
     mean = float(job.settings["separation_weight"])
     return done(job, {"speed": mean + rng.normal()})
+
+
+def scarcely_random(job: Job) -> Result:
+    """A trial with nearly the parameter as its speed."""
+    result = normal(job)
+    mean = float(job.settings["separation_weight"])
+    return done(job, {"speed": mean + 0.1 * (result.last["speed"] - mean)})
+
+
+def profiled(job: Job) -> Result:
+    """A trial whose profile has the speed of `normal` in the middle."""
+    result = normal(job)
+    speed = result.last["speed"]
+    at = np.array([0.5, 1.5, 2.5])
+    values = np.array([speed - 1.0, speed, speed + 1.0])
+    profile = ProfileValues(at, values)
+    return replace(result, profiles={"pair_distribution": profile})
 
 
 def ridge(job: Job) -> Result:
@@ -209,6 +233,32 @@ def test_an_interrupted_calibration_ends_as_an_undisturbed_one(
         for name in ("whole", "cut")
     ]
     assert plans[0].equals(plans[1])
+
+
+@pytest.mark.parametrize("after", [0, 500])
+def test_a_point_of_a_profile_tells_as_much_as_a_metric_with_the_same_values(
+    after: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also where the values come from the store, after an interruption."""
+    of_metric = posterior(tmp_path / "metric", monkeypatch, SMALL)
+    monkeypatch.setattr(f"{__name__}.DATA", DATA.replace("every: 1", PROFILED))
+    count = 0
+
+    def interrupted(job: Job) -> Result:
+        nonlocal count
+        count += 1
+        if after and count == after:
+            raise KeyboardInterrupt
+        return profiled(job)
+
+    with pytest.raises(KeyboardInterrupt) if after else nullcontext():
+        posterior(tmp_path, monkeypatch, OF_PROFILE, interrupted)
+    of_profile = posterior(tmp_path, monkeypatch, OF_PROFILE, interrupted)
+    words = "mean of pair_distribution at 1.5"
+    assert of_profile.draws.rename(columns={words: "mean of speed"}).equals(
+        of_metric.draws
+    )
+    assert of_profile.predictive["summary"].tolist() == [words]
 
 
 def test_more_generations_keep_what_is_stored(
@@ -432,6 +482,24 @@ def test_a_report_says_what_was_not_checked(
         study.where("separation_weight > 1").posterior()
 
 
+@pytest.mark.parametrize(
+    ("prior", "end"),
+    [("[2.5, 5.5]", "first"), ("[0, 0.5]", "last"), ("[0, 3]", "")],
+)
+def test_a_posterior_that_ends_where_the_prior_ends_is_said(
+    prior: str, end: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    spec = SMALL.replace("[0, 3]", prior)
+    outcome = posterior(tmp_path, monkeypatch, spec, scarcely_random)
+    (row,) = outcome.parameters.to_dict("records")
+    parts = posterior_report(outcome).parts
+    caption = next(part for part in parts if not isinstance(part, str)).caption
+    ends = {name for name in ("first", "last") if row[name] > 0.2}
+    assert ends == ({end} if end else set())
+    assert ("5 % of the prior: values beyond" in caption) == bool(end)
+    assert f"in the {end}" in caption or not end
+
+
 def test_summaries_learnt_by_regression_find_the_parameter(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -485,6 +553,13 @@ def test_a_spec_with_the_section_is_valid() -> None:
         ("[speed], pop", "{speed: median}, pop", "statistic"),
         ("[speed], pop", "{speed: 1.5}, pop", "a probability above 0 and below 1"),
         ("[speed], pop", "{speed: [mean, mean]}, pop", "a statistic twice"),
+        ("[speed], pop", "[pair_distribution], pop", "is a profile: write"),
+        ("[speed], pop", "{pair_distribution: mean}, pop", "positions of a profile"),
+        ("[speed], pop", "{speed: {at: [1]}}, pop", "must be mean, sd, or a prob"),
+        ("[speed], pop", "{pair_distribution: {at: [1]}}, pop", "is not recorded"),
+        ("[speed], pop", "{pair_distribution: {att: [1]}}, pop", 'did you mean "at"'),
+        ("[speed], pop", "{pair_distribution: {at: [-1]}}, pop", "a number from 0"),
+        ("[speed], pop", "{directional_delay: {at: [1]}}, pop", "are individuals"),
         ("population: 200", "population: 2", "an integer from 50"),
         (
             "points: 400",
@@ -517,6 +592,15 @@ def test_a_mistake_is_said_with_its_line(old: str, new: str, message: str) -> No
         parse_spec(FIT.replace(old, new, 1))
     assert message in str(raised.value)
     assert str(raised.value).startswith("spec.yaml:")
+
+
+def test_a_position_beyond_the_axis_is_a_mistake() -> None:
+    with pytest.raises(SpecError, match="along pair_distribution, which ends at 3"):
+        parse_spec(OF_PROFILE.replace("at: [1.5]", "at: [1.5, 3.5]"))
+    read = YAML(typ="safe", pure=True).load(OF_PROFILE)
+    VALIDATOR.validate(read)
+    read["calibrate"]["summaries"]["pair_distribution"]["at"] = []
+    assert not VALIDATOR.is_valid(read)
 
 
 def test_all_mistakes_are_reported_together() -> None:
@@ -552,6 +636,27 @@ def test_data_that_cannot_be_used_are_refused_before_any_trial(
     with pytest.raises(SpecError, match="the 1 trial of data have no sd of speed"):
         launch(parse_spec(spec), tmp_path, Serial())
     assert len(jobs) == count + 1
+
+
+def test_data_without_a_value_of_a_profile_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    replace_trials(monkeypatch, profiled)
+    study = parse_spec(OF_PROFILE)
+    launch(parse_spec(DATA), tmp_path, Serial())
+    with pytest.raises(SpecError, match="data lacks pair_distribution; recorded: "):
+        launch(study, tmp_path, Serial())
+    again = parse_spec(DATA.replace("every: 1", PROFILED))
+    launch(again, tmp_path, Serial())
+    beyond = parse_spec(OF_PROFILE.replace("at: [1.5]", "at: [0.25]"))
+    with pytest.raises(SpecError, match=r"from 0\.5 to 2\.5 in data, so .* at 0\.25"):
+        launch(beyond, tmp_path, Serial())
+    other = OF_PROFILE.replace("nguyen2024", "vicsek1995").replace(
+        "separation_weight: {uniform: [0, 3]}", "noise: {uniform: [0, 3]}"
+    )
+    other = other.replace("to: 3", "to: 2")
+    with pytest.raises(SpecError, match="the axis of pair_distribution cannot be comp"):
+        launch(parse_spec(other), tmp_path, Serial())
 
 
 def test_data_of_several_points_or_of_the_study_itself_are_refused(
@@ -727,6 +832,16 @@ def test_summaries_are_statistics_of_the_trials_with_a_value() -> None:
     assert np.isnan(deviations[1:]).all()
     assert Summary("speed", 0.5).of(values).tolist()[:2] == [2.0, 1.0]
     assert Summary("speed", 0.25).words == "0.25 quantile of speed"
+    assert Summary("delay", "sd", 2.0).words == "sd of delay at 2"
+
+
+def test_a_value_between_positions_is_on_a_straight_line() -> None:
+    positions, values = np.array([1.0, 2.0, 4.0]), np.array([3.0, 5.0, np.nan])
+    read = {at: ProfilePoint("any", at).of(positions, values) for at in (1, 1.5, 2)}
+    assert read == {1: 3.0, 1.5: 4.0, 2: 5.0}
+    for at in (0.5, 3.0, 4.5):
+        assert math.isnan(ProfilePoint("any", at).of(positions, values))
+    assert math.isnan(ProfilePoint("any", 1.0).of(np.empty(0), np.empty(0)))
 
 
 def test_distances_are_in_spreads_of_the_prior() -> None:

@@ -16,6 +16,7 @@ from sweep.errors import ChoiceError, StoreError
 from sweep.methods.calibration.rule import (
     STATISTICS,
     Calibration,
+    Prior,
     from_json,
     summarised,
 )
@@ -35,6 +36,8 @@ Floats = NDArray[np.float64]
 LEVEL = 0.95
 LEVELS = (0.5, LEVEL)
 """Probabilities of the credible intervals whose coverage is checked."""
+END = 0.05
+"""Fraction of a prior that is one of its ends."""
 NEAR = 0.01
 """Fraction of the simulations of the prior that are near a data set."""
 MOST_COMPARED = 2000
@@ -101,7 +104,8 @@ class Posterior:
     parameters : DataFrame
         One row per parameter with numbers. Columns: parameter, unit, mean, sd, median,
         low and high (the 95 % credible interval), prior_low and prior_high (the same of
-        the draws from the prior).
+        the draws from the prior), first and last (the probability of the first and of
+        the last 5 % of a prior with bounds; else NaN).
     choices : DataFrame
         One row per value of a parameter without numbers. Columns: parameter, value,
         prior, posterior.
@@ -460,8 +464,9 @@ class StoredSimulations:
         table = self.kept(target)
         weights = target.population.weights
         prior = self.rows(DATA, PRIOR)
+        drawn_from = target.population.draws[target.population.nearest]
         rows = []
-        for name in self.rule.priors:
+        for place, (name, form) in enumerate(self.rule.priors.items()):
             values = table[name]
             if not is_number(values):
                 continue
@@ -483,6 +488,7 @@ class StoredSimulations:
                     "high": high,
                     "prior_low": usual[0],
                     "prior_high": usual[1],
+                    **_ends_of_prior(form, drawn_from[:, place], weights),
                 }
             )
         return pd.DataFrame(rows)
@@ -567,6 +573,25 @@ def is_number(values: "pd.Series[Any]") -> bool:
     return pd.api.types.is_numeric_dtype(values) and not pd.api.types.is_bool_dtype(
         values
     )
+
+
+def _ends_of_prior(prior: Prior, draws: Floats, weights: Floats) -> Mapping[str, float]:
+    """Return the posterior probability of both ends of a prior with bounds.
+
+    Parameters
+    ----------
+    prior : Prior
+    draws : array of float, shape (n,)
+        Kept draws in the unit interval.
+    weights : array of float, shape (n,)
+    """
+    distribution = DISTRIBUTIONS[prior.form]
+    if not distribution.bounded or distribution.kind == "listed":
+        return {"first": np.nan, "last": np.nan}
+    return {
+        "first": float(weights[draws < END].sum()),
+        "last": float(weights[draws >= 1.0 - END].sum()),
+    }
 
 
 def _ends(level: float) -> tuple[float, float]:

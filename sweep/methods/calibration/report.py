@@ -5,13 +5,20 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from sweep.analysis import number, percent, with_interval
-from sweep.methods.calibration.analysis import FEWEST_COMPARED, LEVELS, Posterior
+from sweep.methods.calibration.analysis import (
+    END,
+    FEWEST_COMPARED,
+    LEVELS,
+    Posterior,
+)
 from sweep.methods.calibration.model_odds import Odds
 from sweep.tables import Report, TextTable, brief, json_rows
 from sweep.text import so_many
 
 UNLIKELY = 0.05
 """Probability of the data below which the report warns of a misfit."""
+PILED_UP = 0.2
+"""Probability of an end of the prior above which the report warns: 4 times its own."""
 FEW = 100
 """Effective number of draws below which estimates are rough."""
 
@@ -135,6 +142,14 @@ def _caption(outcome: Posterior) -> Iterator[str]:
             f" {rule.replicates:,}: with unequal numbers, the summaries have unequal"
             " random errors"
         )
+    for row in outcome.parameters.to_dict("records"):
+        for end in ("first", "last"):
+            if row[end] > PILED_UP:
+                yield (
+                    f"{percent(row[end])} of the posterior of {row['parameter']} are in"
+                    f" the {end} {percent(END)} of the prior: values beyond it may fit"
+                    " too"
+                )
     if outcome.checks.empty:
         yield (
             "not checked: with checks: 100 under calibrate, synthetic data sets tell"
