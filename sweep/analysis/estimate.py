@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import pandas as pd
@@ -59,6 +59,33 @@ class Sample(NamedTuple):
     alike: int = 0
     low: float = -math.inf
     high: float = math.inf
+
+
+class Estimate(Protocol):
+    """A quantity with intervals, such as a mean or a correlation."""
+
+    @property
+    def value(self) -> float:
+        """The estimate."""
+
+    @property
+    def testable(self) -> bool:
+        """True if there is an interval."""
+
+    def interval(
+        self, confidence: float = CONFIDENCE, published: int | None = None
+    ) -> tuple[float, float]:
+        """Return the bounds of the interval.
+
+        Parameters
+        ----------
+        confidence : float, default 0.95
+        published : int, optional
+            Number of trials behind the published number, if its error counts.
+        """
+
+    def grown(self, times: float) -> "Estimate":
+        """Return the estimate from `times` as many trials with an equal spread."""
 
 
 @dataclass(frozen=True)
@@ -420,9 +447,6 @@ class RankEstimate:
     def grown(self, times: float) -> "RankEstimate":
         """Return the estimate from `times` as many pairs of the same correlation."""
         return RankEstimate(self.value, round(self.n * times))
-
-
-Estimate = MeanEstimate | RankEstimate
 
 
 def mean_estimate(

@@ -19,9 +19,11 @@ from sweep.analysis import (
     rank_estimate,
     units,
 )
-from sweep.errors import ChoiceError
+from sweep.errors import ChoiceError, StoreError
+from sweep.methods.calibration import posterior_estimate
 from sweep.methods.scaling import Scaling, finite_size_scaling
 from sweep.published.measures import (
+    CalibratedParameter,
     Call,
     Mean,
     MeanDifference,
@@ -118,6 +120,8 @@ def measure(
         return _rank_correlation(studies[quantity.spec], quantity)
     if isinstance(quantity, Transition):
         return _transition(studies[quantity.spec], quantity)
+    if isinstance(quantity, CalibratedParameter):
+        return _posterior(studies[quantity.spec], quantity)
     return _called(studies, quantity, functions)
 
 
@@ -194,6 +198,16 @@ def _transition(study: StoredStudy, transition: Transition) -> Measured:
     used = int(scaling.states["trials"].sum())
     words = f"{used:,} at {len(scaling.states):,} points"
     return Measured(scaling, words, used, scaling.left_out)
+
+
+def _posterior(study: StoredStudy, quantity: CalibratedParameter) -> Measured:
+    try:
+        estimate = posterior_estimate(study, quantity.parameter)
+    except (ChoiceError, StoreError) as error:
+        raise MeasureError(str(error)) from None
+    done = study.trials["status"] == "done"
+    words = f"{done.sum():,} in {len(estimate.draws):,} kept simulations"
+    return Measured(estimate, words, int(done.sum()), int((~done).sum()))
 
 
 def _called(

@@ -15,10 +15,14 @@ from numpy.typing import NDArray
 from sweep.analysis import Distribution, Unit
 from sweep.design import Design
 from sweep.errors import ChoiceError
+from sweep.methods.calibration import Calibration
 from sweep.spec import Entry, NotAllowedError, Study, Value, columns_of
 from sweep.tables import Chooser
 
-KINDS = ("mean", "difference", "rank_correlation", "call", "transition")
+KINDS = (
+    *("mean", "difference", "rank_correlation"),
+    *("call", "transition", "posterior"),
+)
 
 
 @dataclass(frozen=True)
@@ -84,7 +88,18 @@ class Transition:
     settings: Mapping[str, Value]
 
 
-Measure = Mean | MeanDifference | RankCorrelation | Call | Transition
+@dataclass(frozen=True)
+class CalibratedParameter:
+    """The posterior of a parameter of a calibrated study."""
+
+    spec: str
+    parameter: str
+    settings: Mapping[str, Value] = field(default_factory=dict, init=False)
+
+
+Measure = (
+    Mean | MeanDifference | RankCorrelation | Call | Transition | CalibratedParameter
+)
 
 
 def specs_of(measure: Measure, specs: Iterable[str]) -> list[str]:
@@ -120,7 +135,7 @@ def trials_read(measure: Measure, spec: str) -> list[MeasuredTrials]:
         return [MeasuredTrials(measure.spec, column, measure.settings)]
     if isinstance(measure, RankCorrelation):
         return [MeasuredTrials(measure.spec, measure.column, measure.settings)]
-    if isinstance(measure, Transition):
+    if isinstance(measure, Transition | CalibratedParameter):
         return [MeasuredTrials(measure.spec, None, measure.settings)]
     return [MeasuredTrials(spec, None, measure.settings)]
 
@@ -246,6 +261,8 @@ class MeasureReader:
             return self._rank_correlation(entry, spec)
         if kinds == ["transition"]:
             return self._transition(entry, spec)
+        if kinds == ["posterior"]:
+            return self._posterior(entry, spec)
         return self._call(entry, spec)
 
     def _call(self, entry: Entry, spec: str) -> Call:
@@ -308,6 +325,21 @@ class MeasureReader:
         if len(np.unique(numbers)) < 2:
             raise series.error(f"{study.name} has flocks of a single size; use several")
         return Transition(spec, self._series(series, study), settings)
+
+    def _posterior(self, entry: Entry, spec: str) -> CalibratedParameter:
+        entry.keys(["posterior"])
+        study, design = self.designs[spec]
+        child = entry.child("posterior")
+        if not isinstance(study.rule, Calibration):
+            raise child.error(
+                f'{study.name} has no "calibrate", so it has no posterior'
+            )
+        numbers = [
+            name
+            for name in study.rule.priors
+            if design.columns[name].dtype.kind in "if"
+        ]
+        return CalibratedParameter(spec, child.one_of("calibrated number", numbers))
 
     def _column(self, entry: Entry, study: Study) -> str:
         return entry.one_of(

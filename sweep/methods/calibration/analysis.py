@@ -31,6 +31,7 @@ from sweep.methods.calibration.targets import (
 from sweep.spec import DISTRIBUTIONS, PLAN, columns_of
 from sweep.store import metadata
 from sweep.tables import StoredStudy
+from sweep.text import unknown
 
 Floats = NDArray[np.float64]
 LEVEL = 0.95
@@ -146,6 +147,71 @@ class Posterior:
     generations: pd.DataFrame
     ranks: pd.DataFrame
     checks: pd.DataFrame
+
+
+@dataclass(frozen=True, eq=False)
+class PosteriorEstimate:
+    """The posterior of a parameter, as an estimate with credible intervals.
+
+    Attributes
+    ----------
+    draws : array of float, shape (n,)
+        Kept draws of the parameter.
+    weights : array of float, shape (n,)
+        With the sum 1.
+    prior : array of float, shape (m,)
+        Draws from the prior.
+    """
+
+    draws: Floats
+    weights: Floats
+    prior: Floats
+
+    @property
+    def value(self) -> float:
+        """The posterior mean."""
+        return float((self.weights * self.draws).sum())
+
+    @property
+    def effective(self) -> float:
+        """Effective number of draws (Kish)."""
+        return float(1.0 / (self.weights**2).sum())
+
+    @property
+    def testable(self) -> bool:
+        """True if the independent draws are enough for a 95 % credible interval."""
+        return self.effective + 1.0 >= 2.0 / (1.0 - LEVEL)
+
+    def interval(
+        self,
+        confidence: float = LEVEL,
+        published: int | None = None,  # noqa: ARG002 (the interface of Estimate)
+    ) -> tuple[float, float]:
+        """Return the bounds of the equal-tailed credible interval.
+
+        A tail with less probability than one of the independent draws is unknown. The
+        interval then reaches to the ends of the prior.
+
+        Parameters
+        ----------
+        confidence : float, default 0.95
+        published : int, optional
+            No effect: the trials of the data are part of the posterior.
+        """
+        tails = _ends(confidence)
+        if tails[0] * (self.effective + 1.0) < 1.0:
+            return float(self.prior.min()), float(self.prior.max())
+        low, high = quantiles(self.draws, self.weights, tails)
+        return low, high
+
+    def grown(self, times: float) -> "PosteriorEstimate":  # noqa: ARG002
+        """Return this estimate: more simulations add nothing to the data.
+
+        Parameters
+        ----------
+        times : float
+        """
+        return self
 
 
 def is_calibrated(study: StoredStudy) -> bool:
@@ -566,6 +632,36 @@ class StoredSimulations:
             draws = population.effective
             rows.append((draws * rank + 0.5) / (draws + 1.0))
         return pd.DataFrame(rows, columns=[*self.rule.priors])
+
+
+def posterior_estimate(study: StoredStudy, parameter: str) -> PosteriorEstimate:
+    """Return the posterior of a parameter of a calibrated study.
+
+    Parameters
+    ----------
+    study : StoredStudy
+    parameter : str
+        A parameter with numbers.
+
+    Raises
+    ------
+    ChoiceError
+        The spec has no `calibrate`, or the parameter is not calibrated.
+    StoreError
+        The plan is damaged, or no simulation has all summaries.
+    """
+    estimates = posterior(study, checked=False)
+    drawn = estimates.simulated
+    if parameter not in estimates.rule.priors:
+        raise ChoiceError(
+            unknown("calibrated parameter", parameter, estimates.rule.priors),
+            study.name,
+        )
+    return PosteriorEstimate(
+        estimates.draws[parameter].to_numpy(np.float64),
+        estimates.draws["weight"].to_numpy(np.float64),
+        drawn.loc[drawn["generation"] == PRIOR, parameter].to_numpy(np.float64),
+    )
 
 
 def is_number(values: "pd.Series[Any]") -> bool:
