@@ -110,11 +110,11 @@ class LoadedStudy(StoredStudy):
         1  my/wide_fit          0.3
         """
         results = self.store.results
-        others = [
+        loaded = [
             StoredStudy(study, results) if isinstance(study, str) else study
             for study in studies
         ]
-        return odds((self, *others))
+        return odds((self, *loaded))
 
     def table(
         self,

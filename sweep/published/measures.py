@@ -21,7 +21,7 @@ from sweep.tables import Chooser
 
 KINDS = (
     *("mean", "difference", "rank_correlation"),
-    *("call", "transition", "posterior"),
+    *("call", "transition", "calibrated"),
 )
 
 
@@ -261,8 +261,8 @@ class MeasureReader:
             return self._rank_correlation(entry, spec)
         if kinds == ["transition"]:
             return self._transition(entry, spec)
-        if kinds == ["posterior"]:
-            return self._posterior(entry, spec)
+        if kinds == ["calibrated"]:
+            return self._calibrated(entry, spec)
         return self._call(entry, spec)
 
     def _call(self, entry: Entry, spec: str) -> Call:
@@ -326,10 +326,10 @@ class MeasureReader:
             raise series.error(f"{study.name} has flocks of a single size; use several")
         return Transition(spec, self._series(series, study), settings)
 
-    def _posterior(self, entry: Entry, spec: str) -> CalibratedParameter:
-        entry.keys(["posterior"])
+    def _calibrated(self, entry: Entry, spec: str) -> CalibratedParameter:
+        entry.keys(["calibrated"])
         study, design = self.designs[spec]
-        child = entry.child("posterior")
+        child = entry.child("calibrated")
         if not isinstance(study.rule, Calibration):
             raise child.error(
                 f'{study.name} has no "calibrate", so it has no posterior'

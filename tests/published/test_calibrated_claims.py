@@ -36,7 +36,7 @@ claims:
     kind: reading
     registered: 2024-03-01
     spec: fit
-    measure: {posterior: separation_weight}
+    measure: {calibrated: separation_weight}
     expect: {within: [-1, 3]}
     looked: before
 """

@@ -105,8 +105,8 @@ class Posterior:
     parameters : DataFrame
         One row per parameter with numbers. Columns: parameter, unit, mean, sd, median,
         low and high (the 95 % credible interval), prior_low and prior_high (the same of
-        the draws from the prior), first and last (the probability of the first and of
-        the last 5 % of a prior with bounds; else NaN).
+        the draws from the prior), first and last. The last two are the probability of
+        the first and of the last 5 % of a prior with bounds; else NaN.
     choices : DataFrame
         One row per value of a parameter without numbers. Columns: parameter, value,
         prior, posterior.

@@ -18,7 +18,7 @@ from sweep.text import so_many
 UNLIKELY = 0.05
 """Probability of the data below which the report warns of a misfit."""
 PILED_UP = 0.2
-"""Probability of an end of the prior above which the report warns: 4 times its own."""
+"""Posterior probability of an end of the prior above which the report warns."""
 FEW = 100
 """Effective number of draws below which estimates are rough."""
 

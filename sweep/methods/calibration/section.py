@@ -76,7 +76,7 @@ class AtPositions:
                 "mean, sd, a probability, or a list of these", _statistics_schema
             ),
             "statistics over trials of the value at each position",
-            otherwise="mean",
+            otherwise=MEAN,
             example="[mean, sd]",
         ),
     ]

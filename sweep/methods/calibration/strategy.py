@@ -460,7 +460,8 @@ def _why_beyond(rule: Calibration, side: Side) -> str:
     """Return which position is not on the axis of the data, in words; "" for none."""
     for profile, at in rule.points:
         positions = np.concatenate([*side.study.profiles[f"{profile}{AT}"]])
-        first, last = positions.min(), positions.max()
+        first = positions.min()
+        last = positions.max()
         if not first <= at <= last:
             return (
                 f"{profile} has positions from {first:g} to {last:g} in {side.text}, so"
