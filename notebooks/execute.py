@@ -12,6 +12,7 @@ import re
 import shutil
 import sys
 import tempfile
+from importlib.util import find_spec
 from pathlib import Path
 
 import nbformat
@@ -23,11 +24,21 @@ from sweep.store.new_files import replacing
 
 FOLDER = Path(__file__).parent
 SECONDS = 600
+IMPORTS = re.compile(r"^(?:from|import) (?P<package>\w+)", re.MULTILINE)
 TERMINAL_STYLE = re.compile("\x1b\\[[0-9;]*m")
 METADATA = {
     "kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"},
     "language_info": {"name": "python"},
 }
+
+
+def lacking(path: Path) -> list[str]:
+    """Packages that a notebook imports and that are not installed, by name."""
+    named = set[str]()
+    for cell in nbformat.read(path, as_version=4).cells:
+        if cell.cell_type == "code" and not cell.source.startswith("%%"):
+            named |= {match["package"] for match in IMPORTS.finditer(cell.source)}
+    return sorted(package for package in named if not find_spec(package))
 
 
 def executed(path: Path, empty: Path) -> NotebookNode:
@@ -80,6 +91,9 @@ def cleaned(notebook: NotebookNode) -> NotebookNode:
 def main() -> None:
     """Run and rewrite every notebook, or those named on the command line."""
     for path in [Path(name) for name in sys.argv[1:]] or sorted(FOLDER.glob("*.ipynb")):
+        if packages := lacking(path):
+            print(f"{path.name} was left out: it needs {', '.join(packages)}")
+            continue
         with tempfile.TemporaryDirectory() as empty:
             notebook = executed(path, Path(empty))
         with replacing(path) as file:

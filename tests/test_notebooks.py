@@ -8,7 +8,7 @@ import nbformat
 import pytest
 from nbformat import NotebookNode
 
-from notebooks.execute import METADATA, executed
+from notebooks.execute import METADATA, executed, lacking
 from tests import ROOT
 
 FOLDER = ROOT / "notebooks"
@@ -63,6 +63,8 @@ def words(cell: NotebookNode) -> list[object]:
 
 
 def comes_to_what_is_committed(path: Path, folder: Path) -> None:
+    if packages := lacking(path):
+        pytest.skip(f"needs {', '.join(packages)}")
     fresh = executed(path, folder)
     assert (folder / "results" / "notebooks").is_dir()
     for cell, again in zip(code(committed(path)), code(fresh), strict=True):
