@@ -4,6 +4,7 @@ import ast
 import ctypes
 import json
 import os
+import re
 import signal
 import struct
 import subprocess
@@ -389,9 +390,6 @@ if __name__ == "__main__":
         "sweep/workers/executors.py": executors,
         "sweep/workers/remote.py": remote,
     }
-    if sys.argv[1] == "names":
-        print(json.dumps([*STARTERS]))
-        sys.exit()
     for name in json.loads(sys.argv[1]):
         STARTERS[name]()
 """
@@ -456,8 +454,8 @@ def test_no_process_of_ours_opens_settings_that_lie_in_the_folder(
     opened.close()
 
 
-def test_each_module_that_starts_a_process_is_tried(tmp_path: Path) -> None:
-    assert json.loads(Hostile(tmp_path, set()).run(ALL, "names")) == starters()
+def test_each_module_that_starts_a_process_is_tried() -> None:
+    assert re.findall(r'^        "(sweep/.*\.py)": ', ALL, re.MULTILINE) == starters()
 
 
 FIRST = """

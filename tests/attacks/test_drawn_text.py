@@ -23,6 +23,7 @@ from sweep.tables.exporting import export
 from sweep.tables.stored_study import StoredStudy
 from sweep.web.page_text import document
 from tests.attacks.hostile import give, give_plan
+from tests.cases import slow_but
 from tests.commands import sweep
 from tests.studies import launched
 
@@ -114,7 +115,9 @@ def evil(tmp_path: Path) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize("kind", ["curves", "scatter", "heatmap"])
+@pytest.mark.parametrize(
+    "kind", slow_but(["heatmap"], ["curves", "scatter", "heatmap"])
+)
 def test_figures_of_a_stored_study_show_it(evil: Path, kind: str) -> None:
     formats = [word for name in FORMATS for word in ("--format", name)]
     done = sweep(evil, "plot", "maps", kind, "--metric", "speed", *formats)

@@ -185,6 +185,7 @@ def planned(folder: Path) -> None:
     plan_of(load_spec(folder / "spec.yaml"), 1)
 
 
+@pytest.mark.slow
 def test_what_is_right_is_planned(folder: Path) -> None:
     planned(folder)
 
