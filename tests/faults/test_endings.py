@@ -158,7 +158,7 @@ def test_sigterm_ends_the_command_with_all_that_is_done_stored(tmp_path: Path) -
         SPEC.replace("replicates: 30", "replicates: 3000")
     )
     folder = tmp_path / "results" / "faulty"
-    launch = [sys.executable, "-c", HOLDING, "launch", "spec.yaml", "--workers", "2"]
+    launch = [sys.executable, "-c", HOLDING, "launch", "spec.yaml", "--workers", "1"]
     with started(launch, tmp_path) as process:
         assert process.stdout is not None
         for _ in range(2):

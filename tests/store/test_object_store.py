@@ -170,6 +170,7 @@ def test_commands_say_of_an_object_store_what_they_say_of_a_folder(
     )
 
 
+@pytest.mark.slow
 def test_metrics_are_measured_in_an_object_store(
     tmp_path: Path, results: ObjectPath
 ) -> None:
@@ -484,7 +485,7 @@ def test_many_who_ask_at_once_have_it_one_after_the_other(store: Store) -> None:
 
     def take() -> None:
         own = Store(ObjectPath(store.folder.server, store.folder.key))  # type: ignore[union-attr]
-        for _ in range(4):
+        for _ in range(2):
             try:
                 with Lock(own.place):
                     inside[0] += 1
@@ -500,9 +501,9 @@ def test_many_who_ask_at_once_have_it_one_after_the_other(store: Store) -> None:
     for thread in threads:
         thread.join()
     assert [one for one in refused if "is being launched by" not in one] == []
-    assert len(refused) + entered[0] == 12
+    assert len(refused) + entered[0] == 6
     assert most[0] == 1
-    assert entered[0] >= 4
+    assert entered[0] >= 2
     assert keys(store.folder) == []
 
 
@@ -623,15 +624,15 @@ def test_shares_add_up_in_an_object_store(results: ObjectPath, tmp_path: Path) -
     from sweep.workers.executors import Serial
 
     done = [
-        launch(parse_spec(SMALL), results, Serial(), share=Share(k, 3)).statuses.total()
-        for k in (1, 2, 3)
+        launch(parse_spec(SMALL), results, Serial(), share=Share(k, 2)).statuses.total()
+        for k in (1, 2)
     ]
     assert sum(done) == 6
     relaunch(SMALL, tmp_path)
     assert tables(results / "small") == tables(tmp_path / "small")
     with (
-        custody(Store(results / "small"), Share(1, 3)),
-        pytest.raises(StoreError, match="shard 1/3"),
+        custody(Store(results / "small"), Share(1, 2)),
+        pytest.raises(StoreError, match="shard 1/2"),
     ):
         relaunch(SMALL, results)
 
