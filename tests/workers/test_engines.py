@@ -123,7 +123,9 @@ def _check_jobs(submit: Callable[..., Any]) -> None:
     assert submit(square, 4).result(PATIENCE) == square(4)
 
 
-def test_an_engine_of_a_package_launches_and_one_that_lacks_members_is_refused(tmp_path: Path) -> None:
+def test_an_engine_of_a_package_launches_and_one_that_lacks_members_is_refused(
+    tmp_path: Path,
+) -> None:
     (tmp_path / "spec.yaml").write_text(SMALL)
     lacking = INLINE.replace("OneThread(FliesOnProcessors)", "OneThread").replace(
         "def watch", "def look"

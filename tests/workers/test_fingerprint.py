@@ -127,8 +127,8 @@ from sweep.trial.simulation import run
 from sweep.workers.fingerprint import imported
 
 before = imported()
-names = {names} or MODELS
-print({{run(builders.job(name, steps=2)).status for name in names}}, imported() - before)
+jobs = [builders.job(name, steps=2) for name in {names} or MODELS]
+print({{run(job).status for job in jobs}}, imported() - before)
 """
 
 
