@@ -161,6 +161,7 @@ def test_other_words_run_nothing(tmp_path: Path) -> None:
     assert same(StoredStudy("drawn", results), before)
 
 
+@pytest.mark.slow
 def test_an_extension_after_other_words_runs_what_is_new(tmp_path: Path) -> None:
     """And has the tables of a launch of the whole; each row is run again by the text
     that computed it.
