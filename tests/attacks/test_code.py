@@ -4,6 +4,7 @@ import ast
 import ctypes
 import json
 import os
+import re
 import signal
 import struct
 import subprocess
@@ -389,14 +390,12 @@ if __name__ == "__main__":
         "sweep/workers/executors.py": executors,
         "sweep/workers/remote.py": remote,
     }
-    if sys.argv[1] == "names":
-        print(json.dumps([*STARTERS]))
-        sys.exit()
     for name in json.loads(sys.argv[1]):
         STARTERS[name]()
 """
 STARTS = {"Popen", "ProcessPoolExecutor", "create_subprocess_exec", "execv", "spawnv"}
 STARTS_OF_MODULES = {"subprocess", "multiprocessing", "pty", "os.system", "os.popen"}
+WORDS = STARTS | {name.removeprefix("os.") for name in STARTS_OF_MODULES}
 
 
 def starts_processes(text: str) -> bool:
@@ -419,13 +418,14 @@ def starts_processes(text: str) -> bool:
 
 
 def starters() -> list[str]:
-    """The modules that start processes. To parse all takes ten seconds, and a worker
-    collects the tests that it does not run too.
+    """The modules that start processes. To parse all would take ten seconds: so only
+    those are parsed that have one of the words somewhere.
     """
     return [
         path.relative_to(ROOT).as_posix()
         for path in sorted((ROOT / "sweep").glob("**/*.py"))
-        if starts_processes(path.read_text())
+        if any(word in (text := path.read_text()) for word in WORDS)
+        and starts_processes(text)
     ]
 
 
@@ -456,8 +456,8 @@ def test_no_process_of_ours_opens_settings_that_lie_in_the_folder(
     opened.close()
 
 
-def test_each_module_that_starts_a_process_is_tried(tmp_path: Path) -> None:
-    assert json.loads(Hostile(tmp_path, set()).run(ALL, "names")) == starters()
+def test_each_module_that_starts_a_process_is_tried() -> None:
+    assert re.findall(r'^        "(sweep/.*\.py)": ', ALL, re.MULTILINE) == starters()
 
 
 FIRST = """

@@ -294,6 +294,7 @@ class Payload:
         return os.mkdir, (self.folder,)
 
 
+@pytest.mark.slow
 def test_a_pickle_that_others_may_have_put_there_is_not_loaded(tmp_path: Path) -> None:
     """It would be, were the folder not open to others: the last run shows that."""
     cache, trap = tmp_path / "cache", tmp_path / "trap"

@@ -112,6 +112,7 @@ def test_with_the_stranger_s_key_it_would_have_been_believed(tmp_path: Path) -> 
     assert lied["last"] != truth["last"]
 
 
+@pytest.mark.slow
 def test_a_launch_in_a_stranger_s_folder_is_undisturbed(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -4,6 +4,7 @@ nothing.
 
 import json
 import re
+import shutil
 from itertools import cycle
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,7 @@ from sweep.tables.exporting import export
 from sweep.tables.stored_study import StoredStudy
 from sweep.web.page_text import document
 from tests.attacks.hostile import give, give_plan
+from tests.cases import slow_but
 from tests.commands import sweep
 from tests.studies import launched
 
@@ -89,32 +91,45 @@ def test_mathematics_of_the_axes_stays(tmp_path: Path) -> None:
     assert "$\\mathdefault{10^{3}}$" in (tmp_path / "x.svg").read_text()
 
 
+@pytest.fixture(scope="module")
+def launched_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of results with the study, of which tests change copies."""
+    return launched(SWEEPS, tmp_path_factory.mktemp("maps")).store.folder.parent
+
+
 @pytest.fixture
-def evil(tmp_path: Path) -> Path:
+def maps(launched_once: Path, tmp_path: Path) -> Path:
+    """The folder of the study in a folder of results."""
+    shutil.copytree(launched_once, tmp_path / "results")
+    return tmp_path / "results" / "maps"
+
+
+@pytest.fixture
+def evil(maps: Path, tmp_path: Path) -> Path:
     """A folder with results/maps, in which a map and the
     kernels have a hostile name.
     """
-    folder = launched(SWEEPS, tmp_path / "results").store.folder
-    assert isinstance(folder, Path)
     names = [HOSTILE[:24], "$\\evil$"]
     plan = StoredStudy("maps", tmp_path / "results").plan
     which = {"cafeteria": names[0], "empty": names[1]}
     give(
-        folder,
+        maps,
         map=[
             which[name]
             for name in StoredStudy("maps", tmp_path / "results").trials["map"]
         ],
     )
     give_plan(
-        folder,
+        maps,
         {"kernels_sha": HOSTILE},
         map=[which[name] for name in plan["map"].to_pylist()],
     )
     return tmp_path
 
 
-@pytest.mark.parametrize("kind", ["curves", "scatter", "heatmap"])
+@pytest.mark.parametrize(
+    "kind", slow_but(["heatmap"], ["curves", "scatter", "heatmap"])
+)
 def test_figures_of_a_stored_study_show_it(evil: Path, kind: str) -> None:
     formats = [word for name in FORMATS for word in ("--format", name)]
     done = sweep(evil, "plot", "maps", kind, "--metric", "speed", *formats)
@@ -140,7 +155,7 @@ BOMB = "a: &a [x, x]\n" + "".join(
 
 @pytest.mark.parametrize(
     "spec",
-    [BOMB, "[" * 2_000, "a: !!python/object/apply:os.system [x]", "\x00", "- ]"],
+    [BOMB, "[" * 600, "a: !!python/object/apply:os.system [x]", "\x00", "- ]"],
 )
 def test_a_stored_spec_is_read_as_strictly_as_one_to_launch(spec: str) -> None:
     """Figures look in it which axes are logarithmic; of a bomb they would have walked
@@ -167,12 +182,10 @@ def test_netcdf_and_csv_hold_hostile_text_as_it_is(evil: Path) -> None:
     "column", ["a/b", "", "=1+1", "\x1b[2J", "a b", "../x", "<script>"]
 )
 def test_a_column_of_another_name_than_a_metric_s_is_refused(
-    tmp_path: Path, column: str
+    maps: Path, tmp_path: Path, column: str
 ) -> None:
     """netCDF would make groups of some names, and others are formulas."""
-    folder = launched(SWEEPS, tmp_path / "results").store.folder
-    assert isinstance(folder, Path)
-    give(folder, **{column: 1.0})
+    give(maps, **{column: 1.0})
     done = sweep(tmp_path, "export", "maps", "--to", "x.nc")
     assert done.returncode == 2
     assert "no column can have the name" in done.stderr

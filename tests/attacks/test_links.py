@@ -14,6 +14,7 @@ from sweep.published.reproducing import Outcome, reproduce
 from sweep.store.store import Store
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.executors import Serial
+from tests.cases import slow_but
 from tests.commands import sweep
 from tests.publications import experiments
 from tests.studies import SMALL, launched, relaunch
@@ -43,7 +44,9 @@ def untouched(folder: Path) -> bool:
     return (inside, texts) == (["curves.png"], ["precious"] * 2)
 
 
-@pytest.mark.parametrize("ending", ["png", "png.unfinished", "svg"])
+@pytest.mark.parametrize(
+    "ending", slow_but(["png.unfinished"], ["png", "png.unfinished", "svg"])
+)
 def test_figures_are_not_drawn_through_links_to_files(
     folder: Path, ending: str
 ) -> None:
@@ -240,19 +243,27 @@ def hardlinked(place: Path, target: Path) -> None:
     os.link(target, place)
 
 
+FLOWN = SMALL.replace("steps: 9", "steps: 30") + "checkpoint: 1.0e-9\n"
+
+
+@pytest.fixture(scope="module")
+def trials(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    """The trials of a study that keeps checkpoints."""
+    clean = tmp_path_factory.mktemp("clean")
+    return launched(FLOWN, clean).trials["trial_id"].tolist()
+
+
 @pytest.mark.parametrize("ending", ["state", "tried-1", "tried-2", "frames"])
 @pytest.mark.parametrize("linked", [symlinked, hardlinked])
 def test_a_checkpoint_that_is_a_link_is_neither_read_nor_written(
-    folder: Path, ending: str, linked: Callable[[Path, Path], None]
+    folder: Path, trials: list[str], ending: str, linked: Callable[[Path, Path], None]
 ) -> None:
     """Nor through a second name of a file, as some archives unpack them."""
-    spec = SMALL.replace("steps: 9", "steps: 30") + "checkpoint: 1.0e-9\n"
-    trials = launched(spec, folder / "clean").trials["trial_id"]
     checkpoints = folder / "results" / "small" / "checkpoints"
     checkpoints.mkdir()
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("sweep.trial.simulation.BOID_STEPS_A_CALL", 60)
         for trial in trials:
             linked(checkpoints / f"{trial}.{ending}", folder / "mine")
-        assert relaunch(spec, folder / "results").statuses == {"done": 6}
+        assert relaunch(FLOWN, folder / "results").statuses == {"done": 6}
     assert untouched(folder)

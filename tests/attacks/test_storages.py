@@ -15,7 +15,7 @@ from sweep.store.locations import location
 from tests.commands import sweep
 from tests.searches import TINY
 
-SPEC = TINY.replace("budget: 30", "budget: 8")
+SPEC = TINY.replace("budget: 30", "budget: 4")
 
 
 @pytest.mark.parametrize(

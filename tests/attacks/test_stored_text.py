@@ -7,6 +7,7 @@ import csv
 import io
 import json
 import logging
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -67,9 +68,17 @@ def test_json_is_the_same_json() -> None:
 
 
 @pytest.fixture
-def evil(tmp_path: Path) -> Path:
+def evil(hostile: Path, tmp_path: Path) -> Path:
     """A folder with results/small, of which every text that can be hostile is."""
-    study = launched(SMALL, tmp_path / "results")
+    shutil.copytree(hostile / "results", tmp_path / "results")
+    return tmp_path
+
+
+@pytest.fixture(scope="module")
+def hostile(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The same for all tests, which change copies of it."""
+    results = tmp_path_factory.mktemp("hostile") / "results"
+    study = launched(SMALL, results)
     title, markup = STEERING["title"], "[/nope] [bold]x[/bold] :warning:"
     text = f"{markup}{STEERING['link']}{title}\x7f\x9b31m\u202e"
     folder = study.store.folder
@@ -78,7 +87,7 @@ def evil(tmp_path: Path) -> Path:
     give(folder, status="failed", error=f"Traceback\n{text}", replay=replay, map=text)
     varied = {"varied": ["separation_weight", "map"]}
     give_plan(folder, varied | {"git": {"commit": text}}, map=text)
-    return tmp_path
+    return results.parent
 
 
 def signs(text: str) -> set[str]:
@@ -187,9 +196,10 @@ def test_all_modules_log_through_the_one_filtered_logger() -> None:
 
 def test_rich_is_met_only_through_our_console() -> None:
     calls = ("Console", "rich.print", "Text.from_markup")
+    written = [f"{call}(" for call in calls]
     makers = [
         f"{path.name}:{node.lineno}"
-        for path, node in nodes_with("Console", "rich", "Text")
+        for path, node in nodes_with(*written)
         if isinstance(node, ast.Call)
         and path.name != "terminal.py"
         and ast.unparse(node.func) in calls

@@ -38,14 +38,31 @@ STORING_OFTEN = LAUNCH[:3]
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a spec that has been launched by the command."""
+    """A folder with a spec that has been launched."""
     folder = tmp_path_factory.mktemp("user")
     (folder / "spec.yaml").write_text(SMALL)
-    done = finished(folder, "launch", "spec.yaml", "--workers", "1")
+    done = sweep(folder, "launch", "spec.yaml")
     assert done.returncode == 0, done.stderr
     assert "6 new trials (6 done)" in done.stderr
     assert done.stdout == ""
     return folder
+
+
+@pytest.mark.slow
+def test_a_process_says_what_the_command_says_in_this_one(
+    folder: Path, tmp_path: Path
+) -> None:
+    """Also with a worker, and of a bad spec."""
+    (tmp_path / "spec.yaml").write_text(SMALL)
+    done = finished(tmp_path, "launch", "spec.yaml", "--workers", "1")
+    assert (done.returncode, done.stdout) == (0, "")
+    assert "6 new trials (6 done)" in done.stderr
+    tables = [sweep(where, "table", "small").stdout for where in (folder, tmp_path)]
+    assert tables[0] == tables[1]
+    (tmp_path / "spec.yaml").write_text(SMALL.replace("speed", "spead"))
+    done = finished(tmp_path, "launch", "spec.yaml")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == sweep(tmp_path, "launch", "spec.yaml").stderr
 
 
 def test_help_answers_without_the_heavy_libraries() -> None:
@@ -93,7 +110,7 @@ def test_plan_counts_without_running(folder: Path) -> None:
 
 def test_a_bad_spec_is_one_line_exit_code_2_and_nothing_written(tmp_path: Path) -> None:
     (tmp_path / "spec.yaml").write_text(SMALL.replace("speed", "spead"))
-    done = finished(tmp_path, "launch", "spec.yaml")
+    done = sweep(tmp_path, "launch", "spec.yaml")
     assert done.returncode == 2
     assert done.stderr.startswith(
         'spec.yaml:10: unknown metric "spead"; did you mean "speed"?'
@@ -391,6 +408,7 @@ def test_the_schema_is_json(folder: Path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_ctrl_c_keeps_what_is_done_and_the_same_command_goes_on(tmp_path: Path) -> None:
     spec = SMALL.replace("[0.5, 1]", "[1]").replace("steps: 9", "steps: 2000")
     (tmp_path / "spec.yaml").write_text(
@@ -436,6 +454,7 @@ def wait_for_part(folder: Path, process: "subprocess.Popen[str]") -> None:
     raise AssertionError("nothing was stored in a minute")
 
 
+@pytest.mark.slow
 def test_a_worker_that_is_killed_loses_no_trial(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -2,6 +2,7 @@
 
 import ast
 import csv
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -39,6 +40,15 @@ def test_a_model_comes_with_a_study_and_tests(tmp_path: Path) -> None:
     assert "vortex" not in "".join(path.read_text() for path in tmp_path.iterdir())
 
 
+def test_its_study_is_planned_as_it_stands(tmp_path: Path) -> None:
+    create("model", "eddy", tmp_path)
+    done = sweep(tmp_path, "plan", "eddy.yaml", "--json")
+    plan = json.loads(done.stdout)
+    assert (plan["points"], plan["trials"]) == (4, 32)
+    assert plan["varied"] == ["swirl_weight"]
+
+
+@pytest.mark.slow
 def test_its_study_is_launched_as_it_stands(tmp_path: Path) -> None:
     create("model", "eddy", tmp_path)
     done = sweep(tmp_path, "launch", "eddy.yaml")

@@ -2,6 +2,7 @@
 
 import re
 import sys
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import pytest
@@ -130,12 +131,21 @@ def test_words_of_a_search_may_stand_on_two_lines_of_a_paragraph() -> None:
 MARKUP = re.compile(r":::|<!--|\{grid|\{figure|\{toctree|!\[|\]\((?!https:)|:alt:")
 
 
+@pytest.mark.parametrize(
+    "topics",
+    [
+        pytest.param(lambda: ["writing-a-spec", "start", "guide"], id="some"),
+        pytest.param(all_topics, id="every one", marks=pytest.mark.slow),
+    ],
+)
 def test_a_terminal_gets_every_topic_without_marks(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    topics: Callable[[], Iterable[str]],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     terminal = partial_terminal()
     monkeypatch.setattr("sweep.cli.terminal.console", lambda: terminal)
-    for topic in all_topics():
+    for topic in topics():
         guide.guide([topic])
     said = capsys.readouterr().out
     assert "Writing a spec" in said

@@ -198,6 +198,7 @@ def test_a_posterior(folder: Path) -> None:
     axis = "prior: {sample: random, points: 60, separation_weight: {uniform: [0, 2]}}"
     spec = SMALL.replace("study: small", "study: fit")
     spec = spec.replace("separation_weight: [0.5, 1]", axis)
+    spec = spec.replace("replicates: 3", "replicates: 1")
     rule = (
         '{to: "small:separation_weight=1", summaries: [speed], population: 50,'
         " generations: 1, checks: 1}"

@@ -247,18 +247,25 @@ def promising(
     return method
 
 
-def states(disk: Disk, random: Random) -> Iterator[tuple[str, Tree]]:
-    """What may be left after a crash at this moment, and of what kind the loss is."""
+def states(
+    disk: Disk, random: Random, *, certain: bool = False
+) -> Iterator[tuple[str, Tree]]:
+    """What may be left after a crash at this moment, and of what kind the loss is; or
+    all that is written, and what is certain.
+    """
 
     def written(file: File) -> bytes:
         return file.content
 
     yield "nothing", disk.left(now, written)
-    yield "content", disk.left(now, lambda file: file.held)
-    yield "content zeroed", disk.left(now, lambda file: zeroed(file, 0))
-    yield "second half zeroed", disk.left(now, lambda file: zeroed(file, 0.5))
+    if not certain:
+        yield "content", disk.left(now, lambda file: file.held)
+        yield "content zeroed", disk.left(now, lambda file: zeroed(file, 0))
+        yield "second half zeroed", disk.left(now, lambda file: zeroed(file, 0.5))
     yield "all names", disk.left(held, written)
     yield "all but what is promised", disk.left(held, lambda file: file.held)
+    if certain:
+        return
     for number in range(len(disk.pending)):
         yield "one name", disk.left(disk.without(number.__eq__), written)
     gone = {number for number in range(len(disk.pending)) if random.random() < 0.6}
@@ -298,15 +305,23 @@ class State(NamedTuple):
     told: Told
 
 
-def crash_states(recording: Recording, seed: int) -> Iterator[State]:
-    """All states that differ, at every step of a recording."""
+def crash_states(
+    recording: Recording, seed: int, *, certain: bool = False
+) -> Iterator[State]:
+    """All states that differ, at every step of a recording; or those of `states` that
+    say what is certain.
+    """
     random, disk, known = Random(seed), Disk(), set[int]()
     for number in range(len(recording.steps) + 1):
         told = recording.told(number)
-        found = list(states(disk, random)) if number >= recording.begin else []
+        found = (
+            list(states(disk, random, certain=certain))
+            if number >= recording.begin
+            else []
+        )
         if number < len(recording.steps):
             step = recording.steps[number]
-            if step.what == "write" and number >= recording.begin:
+            if step.what == "write" and number >= recording.begin and not certain:
                 found.append(("a torn write", torn(disk, step)))
             disk.do(step)
         for loss, tree in found:

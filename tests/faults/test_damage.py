@@ -13,6 +13,7 @@ import pytest
 from sweep.errors import StoreError
 from sweep.store.manifest import MANIFEST, damage
 from sweep.store.store import Store
+from tests.cases import slow_but
 from tests.faults.campaign import tables
 from tests.studies import OWN_SMALL, SMALL, launched, relaunch
 
@@ -49,6 +50,12 @@ def flip(file: Path, offset: int) -> None:
 NAMES = ["trials.parquet", "series.parquet", MANIFEST]
 
 
+@pytest.mark.parametrize(
+    "spec",
+    slow_but([SMALL], [SMALL, OWN_SMALL]),
+    ids=["ours", "own code"],
+    indirect=True,
+)
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("what", ["missing", "empty", "truncated", "flipped"])
 def test_a_damaged_part_is_set_aside_and_its_trials_run_again(

@@ -4,6 +4,7 @@ same command completes it.
 
 import os
 import re
+import resource
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -18,7 +19,7 @@ import pytest
 from sweep.errors import StoreError
 from sweep.store import writer as writer_module
 from tests import ROOT
-from tests.commands import SWEEP
+from tests.commands import SWEEP, sweep
 from tests.faults.campaign import tables
 from tests.patience import PATIENCE
 from tests.studies import OWN_SMALL, SMALL, relaunch
@@ -181,6 +182,33 @@ def test_results_that_may_only_be_read(small_disk: Path, whole: dict[str, str]) 
     complete(small_disk, whole)
 
 
+def said_of_small_files(done: subprocess.CompletedProcess[str]) -> None:
+    """Assert that a launch has said in one line that its files may not grow."""
+    assert done.returncode == 2
+    *_, last = done.stderr.splitlines()
+    assert re.fullmatch(
+        r"results/small: cannot write \(.*File too large\); what was stored is intact",
+        last,
+    )
+    assert "Traceback" not in done.stderr
+
+
+def test_a_launch_says_in_one_line_that_files_may_not_grow(
+    whole: dict[str, str], tmp_path: Path
+) -> None:
+    """For as long as no file of this process may have more than 8 kB."""
+    (tmp_path / "spec.yaml").write_text(SMALL)
+    limit, most = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (8192, most))
+    try:
+        done = sweep(tmp_path, "launch", "spec.yaml")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, most))
+    said_of_small_files(done)
+    complete(tmp_path / "results", whole)
+
+
+@pytest.mark.slow
 def test_the_command_says_so_in_one_line_where_files_may_not_grow(
     tmp_path: Path, whole: dict[str, str]
 ) -> None:
@@ -192,13 +220,7 @@ def test_the_command_says_so_in_one_line_where_files_may_not_grow(
     done = subprocess.run(
         command, cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE
     )
-    assert done.returncode == 2
-    *_, last = done.stderr.splitlines()
-    assert re.fullmatch(
-        r"results/small: cannot write \(.*File too large\); what was stored is intact",
-        last,
-    )
-    assert "Traceback" not in done.stderr
+    said_of_small_files(done)
     complete(tmp_path / "results", whole)
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from psutil import Process
 
 import sweep.workers.flying as flying_module
 from sweep.campaigns.launching import launch
@@ -18,7 +19,7 @@ from sweep.tables.stored_study import StoredStudy
 from sweep.workers.chunks import Chunks
 from sweep.workers.executors import Loky, Serial
 from sweep.workers.runner import Failure
-from sweep.workers.watch import Limits
+from sweep.workers.watch import Limits, beyond
 from tests import runner_jobs
 from tests.faults import jobs, troubled
 from tests.patience import PATIENCE
@@ -42,6 +43,20 @@ def one_worker() -> Iterator[Loky]:
     executor = Loky(1)
     yield executor
     executor.stop()
+
+
+def test_what_lies_beyond_a_limit_is_said() -> None:
+    """Of this process, which has a second behind it and some megabytes."""
+    me = Process()
+    within = [Limits(), Limits(deadline=1.5), Limits(memory=2**60), Limits(1.5, 2**60)]
+    assert [beyond(limits, 1.0, me) for limits in within] == [(False, "")] * 4
+    error = "did not return within 0.5 s, and was ended"
+    assert beyond(Limits(deadline=0.5, memory=1), 1.0, me) == (True, error)
+    late, error = beyond(Limits(deadline=1.5, memory=3 * 2**20), 1.0, me)
+    found = re.fullmatch(r"memory limit of 3 MiB: its worker held (\d+) MiB", error)
+    assert found is not None
+    assert not late
+    assert 3 < int(found[1]) <= me.memory_info().rss / 2**20 + 100
 
 
 def late(job: Any, error: str) -> tuple[Any, str]:
@@ -140,6 +155,7 @@ def test_a_trial_that_hangs_is_a_row_with_status_timeout(
     assert trials["error"][0] == "did not return within 3 s, and was ended"
 
 
+@pytest.mark.slow
 def test_a_trial_beyond_its_memory_is_tried_again_and_no_other_is_touched(
     tmp_path: Path,
     one_worker: Loky,

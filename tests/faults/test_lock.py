@@ -8,6 +8,7 @@ import os
 import shutil
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -223,13 +224,59 @@ def test_a_lock_whose_content_was_lost_is_taken_over_when_it_is_old(
         pass
 
 
+def gone() -> int:
+    """The id of a process that has ended."""
+    process = subprocess.Popen(["true"])
+    process.wait()
+    return process.pid
+
+
+def one_at_a_time(store: Store) -> int:
+    """How many have had the lock, each of which has noted its beginning and end."""
+    log = (store.folder / "log").read_text().splitlines()
+    assert log == ["in", "out"] * (len(log) // 2)
+    assert not (store.folder / "lock").exists()
+    return len(log) // 2
+
+
+def test_of_many_threads_one_has_it_at_a_time(
+    store: Store, caplog: pytest.LogCaptureFixture
+) -> None:
+    """They race for a dead owner's lock first, and then for each other's."""
+    foreign(store, 0, machine=machine(), process=gone())
+    refused, ready = list[str](), threading.Barrier(4)
+
+    def take() -> None:
+        own = Store(store.folder)
+        ready.wait(PATIENCE)
+        for _ in range(15):
+            try:
+                with Lock(own.place), (store.folder / "log").open("a") as log:
+                    log.write("in\n")
+                    log.flush()
+                    time.sleep(0.002)
+                    log.write("out\n")
+            except StoreError as error:
+                refused.append(str(error))
+
+    threads = [threading.Thread(target=take) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert [one for one in refused if "is being launched by" not in one] == []
+    had = one_at_a_time(store)
+    assert had + len(refused) == 60
+    assert had >= 8
+    assert "taken over" in caplog.text
+
+
+@pytest.mark.slow
 def test_of_many_takers_one_has_it_at_a_time(store: Store) -> None:
     """Real processes, which race for a dead owner's lock first, and then for each
     other's.
     """
-    gone = subprocess.Popen([sys.executable, "-c", ""])
-    gone.wait()
-    foreign(store, 0, machine=machine(), process=gone.pid)
+    foreign(store, 0, machine=machine(), process=gone())
     command = [
         sys.executable,
         "-c",
@@ -254,7 +301,4 @@ def test_of_many_takers_one_has_it_at_a_time(store: Store) -> None:
     ]
     assert [taker.returncode for taker in takers] == [0] * 4, ended
     assert sum("taken over" in errors for _, errors in ended) >= 1
-    log = (store.folder / "log").read_text().splitlines()
-    assert log == ["in", "out"] * (len(log) // 2)
-    assert len(log) >= 60
-    assert not (store.folder / "lock").exists()
+    assert one_at_a_time(store) >= 30

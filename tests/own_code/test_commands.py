@@ -28,7 +28,7 @@ UNTIL = SPEC.replace(
 ABLATED = SPEC.replace(AXIS, "sweep: {detail: {ablate: as_written}}")
 SAMPLED = SPEC.replace(
     AXIS,
-    "sweep: {both: {sample: saltelli, points: 16, cohesion_weight: {uniform: [0, 1]},"
+    "sweep: {both: {sample: saltelli, points: 8, cohesion_weight: {uniform: [0, 1]},"
     " max_speed: {uniform: [2, 4]}}}",
 ).replace("replicates: 3", "replicates: 1")
 SOUGHT = SPEC.replace(

@@ -185,12 +185,18 @@ def planned(folder: Path) -> None:
     plan_of(load_spec(folder / "spec.yaml"), 1)
 
 
+@pytest.mark.slow
 def test_what_is_right_is_planned(folder: Path) -> None:
     planned(folder)
 
 
-LONG = {"observes each boid", "returns nothing", "a metric returns", "draws from numpy"}
-"""Of those above; each is compiled in some 3 s, and others are of the same kind."""
+LONG = {
+    *("observes each boid", "observes nothing", "returns nothing"),
+    *("a metric returns", "draws from numpy"),
+}
+"""Of those above; each is compiled in some 3 s, and others are of the same kind, or
+among the fast ones of `tests/testing/test_promises.py`.
+"""
 
 
 @pytest.mark.parametrize("name", slow_but(WRONG.keys() - LONG, WRONG))

@@ -22,6 +22,7 @@ from sweep.spec.study import parse_spec
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.executors import Loky
 from tests import ROOT
+from tests.cases import slow_but
 from tests.commands import run_trials_here
 from tests.own_models import (
     OTHER_METRIC,
@@ -48,12 +49,20 @@ def two_workers() -> Iterator[Loky]:
     engine.stop()
 
 
-def test_two_workers_compute_what_the_same_model_computes_built_in(
-    tmp_path: Path, two_workers: Loky, monkeypatch: pytest.MonkeyPatch
+@pytest.fixture(params=slow_but([1], [1, 2]))
+def workers(request: pytest.FixtureRequest) -> Iterator[Loky]:
+    """Workers that share the trials of a test."""
+    engine = Loky(request.param)
+    yield engine
+    engine.stop()
+
+
+def test_workers_compute_what_the_same_model_computes_built_in(
+    tmp_path: Path, workers: Loky, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Number for number: the example in place of its copy, in one process."""
     spec = written(tmp_path)
-    own = launched(spec, tmp_path / "own", two_workers)
+    own = launched(spec, tmp_path / "own", workers)
     known = load_spec(spec).known
     presets = known.models["drawn"].presets
     name, there = named_model(str(ROOT / "examples" / "vortex.py"))
@@ -152,6 +161,7 @@ def test_other_words_run_nothing(tmp_path: Path) -> None:
     assert same(StoredStudy("drawn", results), before)
 
 
+@pytest.mark.slow
 def test_an_extension_after_other_words_runs_what_is_new(tmp_path: Path) -> None:
     """And has the tables of a launch of the whole; each row is run again by the text
     that computed it.

@@ -15,6 +15,7 @@ from sweep.store.lock import Lock
 from sweep.store.shares import Share
 from sweep.tables.cleaning import clean, find_waste
 from sweep.tables.stored_study import StoredStudy
+from tests.cases import slow_but
 from tests.commands import sweep
 from tests.own_models import (
     OTHER_METRIC,
@@ -65,7 +66,11 @@ def kept(folder: Path) -> list[Path]:
 
 
 @pytest.mark.parametrize(
-    "damage", [cut, empty, forge, misdescribe, enlarge, link, Path.unlink]
+    "damage",
+    slow_but(
+        [forge, link, Path.unlink],
+        [cut, empty, forge, misdescribe, enlarge, link, Path.unlink],
+    ),
 )
 def test_damaged_code_is_one_sentence_and_the_next_launch_mends_it(
     folder: Path, damage: Callable[[Path], None]

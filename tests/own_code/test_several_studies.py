@@ -10,6 +10,7 @@ from sweep.methods.search.asked_trials import read_asked
 from sweep.own_code.reading import load_spec, load_specs, schema_for
 from sweep.spec.strict_yaml import parse_document
 from sweep.tables.stored_study import StoredStudy
+from tests.commands import run_trials_here
 from tests.own_models import SPEC, at_hand
 from tests.searches import TINY
 from tests.studies import SMALL
@@ -71,8 +72,11 @@ def test_the_schema_knows_the_code_of_all_studies() -> None:
 
 
 def test_commands_take_each_study(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    run_trials_here(monkeypatch)
     paper, results = written(tmp_path, BOTH), tmp_path / "results"
     plan(paper)
     said = capsys.readouterr().out
@@ -93,7 +97,10 @@ def test_nothing_runs_if_one_of_them_cannot(tmp_path: Path) -> None:
     assert not results.exists()
 
 
-def test_a_search_may_be_one_of_them(tmp_path: Path) -> None:
+def test_a_search_may_be_one_of_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run_trials_here(monkeypatch)
     paper, results = written(tmp_path, BOTH + "---" + TINY), tmp_path / "results"
     launch(paper, workers=1, results=results)
     assert len(StoredStudy("small", results).trials) == 6

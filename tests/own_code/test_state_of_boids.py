@@ -52,6 +52,7 @@ def test_a_state_or_kinds_that_cannot_be_are_refused(
     assert said in str(raised.value)
 
 
+@pytest.mark.slow
 def test_a_study_of_it_runs_and_its_trajectories_are_exported(tmp_path: Path) -> None:
     (tmp_path / "circles.py").write_text(TEXT)
     spec = SPEC.replace("model: oscillators", "model: ./circles.py")

@@ -21,6 +21,7 @@ import sweep
 from sweep.methods.adaptive import stopping
 from sweep.spec.study import Study
 from sweep.tables.stored_study import StoredStudy
+from tests.cases import slow_but
 from tests.commands import sweep as command
 from tests.earlier_stores import STORED, alike, columns_of, equal, long
 
@@ -232,7 +233,7 @@ PLOTS = {
 }
 
 
-@pytest.mark.parametrize("name", PLOTS)
+@pytest.mark.parametrize("name", slow_but(["curves", "history"], PLOTS))
 def test_figures_are_drawn(here: Path, name: str) -> None:
     figure = here / said(here, "plot", *PLOTS[name]).strip()
     assert figure.name == f"{name}.png"

@@ -32,6 +32,7 @@ from sweep.store.store import Store
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.executors import Serial
 from tests import ROOT
+from tests.cases import slow_but
 from tests.commands import run_trials_here
 from tests.commands import sweep as command
 from tests.faults import campaign
@@ -103,6 +104,23 @@ def test_a_killed_launch_goes_on_to_the_tables_of_a_folder(
     ]
 
 
+def test_a_command_launches_into_an_object_store_and_reads_it(
+    tmp_path: Path, bucket: str
+) -> None:
+    (tmp_path / "spec.yaml").write_text(SMALL)
+    said = []
+    for place in (str(tmp_path / "results"), bucket):
+        done = command(tmp_path, "launch", "spec.yaml", "--results", place)
+        assert (done.returncode, "6 done" in done.stderr) == (0, True)
+        table = command(tmp_path, "table", "small", "--csv", "--results", place)
+        said.append(table.stdout)
+    assert said[0] == said[1] != ""
+    status = command(tmp_path, "status", "small", "--results", bucket)
+    assert "folder    s3://bucket-" in status.stdout
+    assert "done      6" in status.stdout
+
+
+@pytest.mark.slow
 def test_commands_say_of_an_object_store_what_they_say_of_a_folder(
     tmp_path: Path, bucket: str, results: ObjectPath
 ) -> None:
@@ -152,6 +170,7 @@ def test_commands_say_of_an_object_store_what_they_say_of_a_folder(
     )
 
 
+@pytest.mark.slow
 def test_metrics_are_measured_in_an_object_store(
     tmp_path: Path, results: ObjectPath
 ) -> None:
@@ -338,7 +357,10 @@ def die() -> None:
     raise Crashed
 
 
-@pytest.mark.parametrize("what", ["truncated", "flipped", "missing", "manifest"])
+DAMAGES = ["truncated", "flipped", "missing", "manifest"]
+
+
+@pytest.mark.parametrize("what", slow_but(["flipped"], DAMAGES))
 def test_a_damaged_part_is_set_aside_and_its_trials_run_again(
     results: ObjectPath, caplog: pytest.LogCaptureFixture, what: str
 ) -> None:
@@ -463,7 +485,7 @@ def test_many_who_ask_at_once_have_it_one_after_the_other(store: Store) -> None:
 
     def take() -> None:
         own = Store(ObjectPath(store.folder.server, store.folder.key))  # type: ignore[union-attr]
-        for _ in range(4):
+        for _ in range(2):
             try:
                 with Lock(own.place):
                     inside[0] += 1
@@ -479,9 +501,9 @@ def test_many_who_ask_at_once_have_it_one_after_the_other(store: Store) -> None:
     for thread in threads:
         thread.join()
     assert [one for one in refused if "is being launched by" not in one] == []
-    assert len(refused) + entered[0] == 12
+    assert len(refused) + entered[0] == 6
     assert most[0] == 1
-    assert entered[0] >= 4
+    assert entered[0] >= 2
     assert keys(store.folder) == []
 
 
@@ -501,7 +523,7 @@ def test_a_silent_owner_is_taken_over_and_learns_of_it(
     written = (store.folder / "lock" / f"{asleep.token}.json").stat().st_mtime_ns
     own = store.folder / "clock"
     assert isinstance(own, ObjectPath)
-    while not buckets._write(own, b"") and own.stat().st_mtime_ns < written + 2e9:
+    while not buckets._write(own, b"") and own.stat().st_mtime_ns < written + 1e9:
         time.sleep(0.1)
     taker = Lock(Store(store.folder).place)
     with caplog.at_level(logging.WARNING), taker:
@@ -602,15 +624,15 @@ def test_shares_add_up_in_an_object_store(results: ObjectPath, tmp_path: Path) -
     from sweep.workers.executors import Serial
 
     done = [
-        launch(parse_spec(SMALL), results, Serial(), share=Share(k, 3)).statuses.total()
-        for k in (1, 2, 3)
+        launch(parse_spec(SMALL), results, Serial(), share=Share(k, 2)).statuses.total()
+        for k in (1, 2)
     ]
     assert sum(done) == 6
     relaunch(SMALL, tmp_path)
     assert tables(results / "small") == tables(tmp_path / "small")
     with (
-        custody(Store(results / "small"), Share(1, 3)),
-        pytest.raises(StoreError, match="shard 1/3"),
+        custody(Store(results / "small"), Share(1, 2)),
+        pytest.raises(StoreError, match="shard 1/2"),
     ):
         relaunch(SMALL, results)
 
@@ -621,7 +643,7 @@ def test_a_search_is_stored_there_too(results: ObjectPath, tmp_path: Path) -> No
     from sweep.workers.executors import Serial
     from tests.searches import TINY
 
-    spec = parse_spec(TINY.replace("budget: 30", "budget: 12"))
+    spec = parse_spec(TINY.replace("budget: 30", "budget: 4"))
     search(spec, results, Serial())
     assert search(spec, results, Serial()).statuses.total() == 0
     search(spec, tmp_path, Serial())

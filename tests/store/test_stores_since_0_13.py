@@ -13,6 +13,7 @@ import pandas as pd
 import pytest
 
 import sweep
+from tests.cases import slow_but
 from tests.commands import sweep as command
 from tests.earlier_stores import STORED, alike, columns_of, equal, long
 
@@ -125,7 +126,7 @@ def test_trials_have_the_stored_bits(study: str, tmp_path: Path) -> None:
     assert f"result     {trials} of {trials} bitwise identical" in said
 
 
-@pytest.mark.parametrize("version", COMMITS)
+@pytest.mark.parametrize("version", slow_but(["0.13.0"], COMMITS))
 def test_own_code_of_then_runs_today(version: str, tmp_path: Path) -> None:
     """As other trials, since the code that it calls is another."""
     here = copied(version, tmp_path)

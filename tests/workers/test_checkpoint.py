@@ -31,6 +31,7 @@ from sweep.workers import checkpoint, checkpoint_file
 from sweep.workers.checkpoint import Checkpointed
 from sweep.workers.checkpoint_folder import Checkpoints
 from tests import builders, oscillators
+from tests.cases import slow_but
 from tests.faults.campaign import tables
 from tests.studies import SMALL, relaunch
 from tests.trial.test_trial import flown, in_another_process, small
@@ -145,7 +146,11 @@ def jobs_of(model: str) -> Iterator[Job]:
     )
 
 
-@pytest.mark.parametrize("model", MODELS)
+ELSEWHERE = ["aziel_chen2025", "couzin2002", "strombom2014", "vasarhelyi2018"]
+"""These go on from a last state among the fast tests: see test_last_state."""
+
+
+@pytest.mark.parametrize("model", slow_but(MODELS.keys() - ELSEWHERE, MODELS))
 def test_a_trial_goes_on_from_any_call_to_the_same_bits(
     model: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

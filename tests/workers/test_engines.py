@@ -85,7 +85,7 @@ another way: see test_gpu.
 """
 
 
-@pytest.mark.parametrize("name", slow_but(["local", "of a package"], HERE))
+@pytest.mark.parametrize("name", slow_but(["of a package"], HERE))
 def test_an_engine_conforms(name: str, tmp_path: Path) -> None:
     (tmp_path / "engine").mkdir()
     with HERE[name](tmp_path / "engine") as engine:
@@ -123,39 +123,35 @@ def _check_jobs(submit: Callable[..., Any]) -> None:
     assert submit(square, 4).result(PATIENCE) == square(4)
 
 
-def test_an_engine_of_a_package_launches(tmp_path: Path) -> None:
+def test_an_engine_of_a_package_launches_and_one_that_lacks_members_is_refused(
+    tmp_path: Path,
+) -> None:
     (tmp_path / "spec.yaml").write_text(SMALL)
-    packages = install(
-        tmp_path,
-        {"boidsweep.engines": {"thread": "inline.engine:ENGINE"}},
-        {"__init__.py": "", "engine.py": INLINE},
-        name="inline",
-    )
-    launch = ("launch", "spec.yaml", "--executor", "thread")
-    refused, done = started_in_turn(
-        tmp_path, packages, (*launch, "--workers", "2"), (*launch, "--json", "--quiet")
-    )
-    assert refused.returncode == 2
-    assert refused.stderr == "--workers: a thread is one worker\n"
-    assert json.loads(done.stdout)["new"] == {"done": 6}
-
-
-def test_an_engine_that_lacks_members_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "spec.yaml").write_text(SMALL)
-    text = INLINE.replace("OneThread(FliesOnProcessors)", "OneThread").replace(
+    lacking = INLINE.replace("OneThread(FliesOnProcessors)", "OneThread").replace(
         "def watch", "def look"
     )
+    engines = {"thread": "inline.engine:ENGINE", "lacking": "inline.lacking:ENGINE"}
     packages = install(
         tmp_path,
-        {"boidsweep.engines": {"thread": "inline.engine:ENGINE"}},
-        {"__init__.py": "", "engine.py": text},
+        {"boidsweep.engines": engines},
+        {"__init__.py": "", "engine.py": INLINE, "lacking.py": lacking},
         name="inline",
     )
     launch = ("launch", "spec.yaml", "--executor", "thread")
-    (refused,) = started_in_turn(tmp_path, packages, launch)
-    assert refused.returncode == 2
-    assert refused.stderr == 'executor "thread": the engine lacks watch, flying\n'
-    assert not (tmp_path / "results").exists()
+    two_workers, lacks, nothing, done = started_in_turn(
+        tmp_path,
+        packages,
+        (*launch, "--workers", "2"),
+        ("launch", "spec.yaml", "--executor", "lacking"),
+        ("status", "small"),
+        (*launch, "--json", "--quiet"),
+    )
+    assert two_workers.returncode == 2
+    assert two_workers.stderr == "--workers: a thread is one worker\n"
+    assert lacks.returncode == 2
+    assert lacks.stderr == 'executor "lacking": the engine lacks watch, flying\n'
+    assert nothing.stderr.startswith("results: no such folder of results")
+    assert json.loads(done.stdout)["new"] == {"done": 6}
 
 
 def test_the_members_of_an_engine_are_those_of_its_protocol() -> None:

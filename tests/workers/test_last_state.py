@@ -24,6 +24,7 @@ from sweep.trial.simulation import Simulation, run
 from sweep.workers import checkpoint, checkpoint_file, last_state
 from sweep.workers.checkpoint import Checkpointed
 from tests import builders, oscillators
+from tests.cases import slow_but
 from tests.studies import SMALL
 from tests.trial.test_trial import flown, small
 from tests.workers.test_checkpoint import (
@@ -87,7 +88,13 @@ def check_goes_on(a_job: Job, steps: list[int], patch: pytest.MonkeyPatch) -> No
         assert numbers(result) == numbers(run(a_job)), (a_job, step)
 
 
-@pytest.mark.parametrize("model", MODELS)
+HERE = ["aziel_chen2025", "couzin2002", "strombom2014", "vasarhelyi2018"]
+"""The models that go on from a last state among the fast tests; the others do so from
+checkpoints, which hold the same: see test_checkpoint.
+"""
+
+
+@pytest.mark.parametrize("model", slow_but(HERE, MODELS))
 def test_a_longer_trial_goes_on_from_any_step_to_the_same_bits(
     model: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -72,6 +72,7 @@ def test_longest_job_starts_first() -> None:
     assert [job for job, _ in results] == [4, 3, 2, 1, 0]
 
 
+@pytest.mark.slow
 def test_a_job_that_kills_its_worker_convicts_only_itself(loky: Loky) -> None:
     results = runner_jobs.run_all(range(40), runner_jobs.square_or_die, loky)
     failures = [(job, value) for job, value in results if isinstance(value, Failure)]
