@@ -323,6 +323,7 @@ def repeating(tmp_path: Path) -> Path:
     return install(tmp_path, {"boidsweep.methods": offered}, files, name="repeating")
 
 
+@pytest.mark.slow
 def test_a_section_of_a_package_is_read_run_and_recorded(
     tmp_path: Path, repeating: Path
 ) -> None:
@@ -350,6 +351,7 @@ def test_a_section_of_a_package_is_read_run_and_recorded(
     assert known["dependencies"]["repeat"] == {"required": ["replicates"]}
 
 
+@pytest.mark.slow
 def test_what_is_wrong_with_a_section_of_a_package_is_said_with_all_else(
     tmp_path: Path, repeating: Path
 ) -> None:

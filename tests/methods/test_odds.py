@@ -87,6 +87,7 @@ def test_intervals_of_bayes_factors_cover_the_truth(generations: int) -> None:
     assert binomtest(inside, len(enough), 0.95).pvalue > 0.001
 
 
+@pytest.mark.slow
 def test_intervals_of_few_simulations_cover_more_than_they_say() -> None:
     rows = factors(0, 0.025, 200, 400)
     rough = [each for each in rows if each[2] < 10.0]
