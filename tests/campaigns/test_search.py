@@ -373,12 +373,13 @@ def test_the_same_search_goes_on_with_its_repetitions(
         ("budget: 200", "budget: 12"),
         ("{candidates: 3, replicates: 10}", "{candidates: 2, replicates: 3}"),
     )
-    asked = asked_by(spec, tmp_path, repetitions=2)
+    asked = asked_by(spec, tmp_path, repetitions=1)
     (stored,) = tmp_path.rglob("spec.yaml")
     for text in (stored.read_text(), f"# another day\n{spec}"):
         again = asked_by(text, tmp_path, repetitions=None)
-        assert again.description["repetitions"] == 2
+        assert again.description["repetitions"] == 1
         pd.testing.assert_frame_equal(again.table, asked.table)
+    assert asked_by(spec, tmp_path, repetitions=0).description["repetitions"] == 0
     assert asked_by(spec, tmp_path, repetitions=1).description["repetitions"] == 1
     other = spec.replace("budget: 12", "budget: 13")
     assert asked_by(other, tmp_path, repetitions=None).description["repetitions"] == 0
