@@ -351,6 +351,7 @@ def few_documented() -> dict[str, list[Found]]:
     return rows
 
 
+@pytest.mark.slow
 def test_few_distinct_values_cover_as_documented() -> None:
     for name, values in FEW_DISTINCT.items():
         for n, written in zip(FEW_SIZES[:3], few_documented()[name], strict=False):
