@@ -105,7 +105,7 @@ def test_two_workers_make_the_same_decisions(
 
 @pytest.mark.parametrize(
     "stop_after",
-    slow_but([25], [0, 5, 14, 25, 35]),
+    slow_but([25], [0, 5, 14, 25, 30]),
 )
 def test_an_interrupted_launch_goes_on_to_the_same_decisions(
     whole: StoredStudy, tmp_path: Path, stop_after: int, monkeypatch: pytest.MonkeyPatch
