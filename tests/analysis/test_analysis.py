@@ -6,6 +6,7 @@ import pytest
 from scipy.stats import spearmanr, ttest_ind
 
 from sweep.analysis import by_point, curves, mean_estimate, mean_interval, rank_estimate
+from tests.cases import slow_but
 
 
 def test_the_interval_is_students() -> None:
@@ -18,7 +19,7 @@ def test_the_interval_is_students() -> None:
     assert mean - low == pytest.approx(high - mean)
 
 
-@pytest.mark.parametrize("n", [2, 3, 10])
+@pytest.mark.parametrize("n", slow_but([3], [2, 3, 10]))
 def test_intervals_of_normal_values_cover_the_truth_as_often_as_they_say(
     n: int,
 ) -> None:

@@ -338,6 +338,7 @@ def equivalent_share(truth: float, margin: float, n: int, repeats: int) -> float
     )
 
 
+@pytest.mark.slow
 def test_equivalence_is_claimed_of_a_value_on_the_margin_one_time_in_twenty() -> None:
     """2000 samples, 4 standard errors; the other margin is 12 errors away."""
     assert abs(equivalent_share(1.5, 1.5, 16, 2000) - 0.05) < 4 * np.sqrt(

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from sweep.analysis import mean_interval
 from sweep.analysis.hysteresis import loop
 from tests.analysis.measured_loops import VALUES, covered
 
@@ -50,12 +51,27 @@ def test_too_few_chains_have_no_interval(chains: int) -> None:
     assert found.width == 0.0
 
 
+def test_intervals_are_students_over_chains() -> None:
+    """Of the areas, and, at a confidence that holds for all values together, of the
+    differences.
+    """
+    up, down = np.random.default_rng(5).normal(size=(2, 6, 3))
+    found, gaps = loop(LINE, up, down, 0.9), down - up
+    areas = (gaps[:, 0] + gaps[:, 1]) / 2 + (gaps[:, 1] + gaps[:, 2])
+    assert found.area == pytest.approx(mean_interval(areas, 0.9))
+    for place in range(3):
+        expected = mean_interval(gaps[:, place], 1.0 - 0.1 / 3)
+        one = (found.difference[place], found.low[place], found.high[place])
+        assert one == pytest.approx(expected[:3])
+
+
 def test_rounding_errors_are_no_difference() -> None:
     up = np.ones((5, 3))
     found = loop(LINE, up, up + 2e-16)
     assert not found.apart.any()
 
 
+@pytest.mark.slow
 def test_the_interval_covers_the_area() -> None:
     """400 made-up studies of 5 chains: 95 % of them cover. Fewer than 91.8 % or more
     than 98.0 % happen with a chance of 0.5 % (binomial, two-sided). Links that are

@@ -46,6 +46,7 @@ from tests.analysis.measured_coverage import (
     found_at_stopping,
     found_of_few,
 )
+from tests.cases import slow_but
 
 DECISIONS = Path(__file__).parents[2] / "docs/decisions"
 FALSE_ALARM = 1e-6
@@ -300,7 +301,7 @@ FEW_VALUES, LOOKS = "intervals-of-few-values.md", "looks-hold-together.md"
 FAMILY = "a-comparison-is-one-family.md"
 
 
-@pytest.mark.parametrize("n", SIZES[:2])
+@pytest.mark.parametrize("n", slow_but([10], SIZES[:2]))
 def test_intervals_cover_as_documented(n: int) -> None:
     rows = documented(FEW_VALUES, dict.fromkeys(FIXED))
     for name, values in FIXED.items():
@@ -350,6 +351,7 @@ def few_documented() -> dict[str, list[Found]]:
     return rows
 
 
+@pytest.mark.slow
 def test_few_distinct_values_cover_as_documented() -> None:
     for name, values in FEW_DISTINCT.items():
         for n, written in zip(FEW_SIZES[:3], few_documented()[name], strict=False):
@@ -380,6 +382,7 @@ def test_only_what_a_sample_does_not_show_is_covered_less() -> None:
     }
 
 
+@pytest.mark.slow
 def test_zeros_stop_no_point_that_shows_nothing_else() -> None:
     """Of 95 % zeros with a first look at 3 most points had half width 0 there."""
     found, early = found_at_stopping(FEW_DISTINCT["zeros 0.95"], 3, 1.0, 60)
@@ -426,6 +429,7 @@ def test_points_that_stop_cover_as_documented(name: str) -> None:
         assert measured > 93.0
 
 
+@pytest.mark.slow
 def test_a_rare_event_is_covered_where_a_point_stops() -> None:
     """Bernoulli 0.05, which the rule for normal values covers in 14 to 80 %."""
     found = covered_at_stopping(FIXED["Bernoulli 0.05"], 10, 0.5, 100)

@@ -112,6 +112,7 @@ def test_pseudo_values_are_those_of_leaving_each_trial_out() -> None:
     assert susceptibility(values, 3) == mean_interval(susceptibility_values(values, 3))
 
 
+@pytest.mark.slow
 def test_the_jackknife_takes_the_bias_of_few_trials_away() -> None:
     """2500 samples of 12 single frames: the plain estimate is 0.048 too large; 4 errors
     of the mean are 0.021.
@@ -123,6 +124,7 @@ def test_the_jackknife_takes_the_bias_of_few_trials_away() -> None:
     assert abs(np.mean([binder_cumulant(one).value for one in samples]) - 1 / 3) < 0.021
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("k", "frames", "binder", "chi"), [(12, 1, 0.801, 0.833), (12, 100, 0.943, 0.948)]
 )

@@ -27,7 +27,6 @@ from tests.analysis.measured_replication import (
     kept_difference,
     kept_width,
 )
-from tests.cases import slow_but
 
 FEW, EQUAL, UNSEEN, SHORT = CAVEATS
 UNMARKED = 75.0
@@ -252,7 +251,8 @@ def test_what_a_pilot_cannot_say() -> None:
     assert one_width(short, Width(0.1)).caveat[0] == ""
 
 
-@pytest.mark.parametrize("size", slow_but([5], [5, 10]))
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [5, 10])
 def test_a_small_pilot_knows_that_it_knows_little(size: int) -> None:
     """80 % are kept, and were it 75 or 85 %, 400 pilots would show less than 69 or
     more than 91 % with a chance of 0.5 %; a standard error is 2 %.

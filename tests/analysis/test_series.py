@@ -15,6 +15,7 @@ from sweep.analysis import (
     steady_state,
     steady_states,
 )
+from tests.cases import slow_but
 from tests.studies import SMALL, launched
 
 
@@ -99,7 +100,9 @@ def test_a_transient_without_an_end_is_said() -> None:
     assert not steady_state(np.linspace(0.0, 1.0, 400)).stationary
 
 
-@pytest.mark.parametrize(("phi", "expected"), [(0.0, 0.95), (0.5, 0.945)])
+@pytest.mark.parametrize(
+    ("phi", "expected"), slow_but([(0.5, 0.945)], [(0.0, 0.95), (0.5, 0.945)])
+)
 def test_the_interval_of_one_series_covers_its_mean(
     phi: float, expected: float
 ) -> None:
@@ -127,7 +130,7 @@ def test_the_interval_of_several_short_series_covers_their_mean() -> None:
     assert not any(one.reliable for one in found)
 
 
-@pytest.mark.parametrize("m", [1, 12])
+@pytest.mark.parametrize("m", slow_but([1], [1, 12]))
 def test_a_steady_series_drifts_as_seldom_as_the_p_value_says(m: int) -> None:
     """600 sets; approximate to one per cent for one series, 4 standard errors for
     chance.

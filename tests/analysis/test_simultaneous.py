@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from sweep.analysis import holm, max_t, mean_interval, simultaneous_confidence
+from tests.cases import slow_but
 
 
 def test_bonferroni_and_sidak() -> None:
@@ -16,6 +17,7 @@ def test_bonferroni_and_sidak() -> None:
     )
 
 
+@pytest.mark.slow
 def test_independent_intervals_of_sidak_hold_together_exactly_as_often() -> None:
     """1000 sets of 6 intervals of 8 values; two-sided bound at 4 standard errors."""
     rng, level = (
@@ -64,7 +66,7 @@ def correlated(
 
 
 @pytest.mark.usefixtures("fewer_resamples")
-@pytest.mark.parametrize("correlation", [0.0, 0.5, 0.95])
+@pytest.mark.parametrize("correlation", slow_but([0.5], [0.0, 0.5, 0.95]))
 def test_max_t_has_one_error_in_twenty_families(correlation: float) -> None:
     """700 families of 6 contrasts of 30 replicates; approximate to one per cent, and 4
     standard errors.

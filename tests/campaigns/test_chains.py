@@ -150,6 +150,7 @@ def test_a_link_begins_with_the_flock_of_the_one_before(tmp_path: Path) -> None:
         assert equal, report
 
 
+@pytest.mark.slow
 def test_any_number_of_workers_gives_the_same(tmp_path: Path) -> None:
     one = launched(CHAINED, tmp_path / "one")
     assert same(one, launched(CHAINED, tmp_path / "two", Loky(2)))
@@ -304,6 +305,7 @@ def branch(field: float, direction: str) -> float:
     return float(min(real) if direction == "up" else max(real))
 
 
+@pytest.mark.slow
 def test_the_turning_points_of_a_fold_are_exact(tmp_path: Path) -> None:
     """Way up and way down keep to their branch as far as it goes. The time constant is
     largest beside a turning point, 1 / |1 - 3 v^2| = 2.6 for a field of 0.3: 400 steps

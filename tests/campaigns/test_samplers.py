@@ -23,6 +23,7 @@ from sweep.methods.search.samplers import (
 from sweep.methods.search.section_keys import Parameter, Search
 from sweep.spec.study import parse_spec
 from tests import ROOT
+from tests.cases import slow_but
 from tests.searches import TINY, asked_by, edited, equal, phase
 
 TWO = edited(
@@ -46,7 +47,7 @@ def search_of(spec: str) -> Search:
     return search
 
 
-@pytest.mark.parametrize("name", SEARCH_SAMPLERS)
+@pytest.mark.parametrize("name", slow_but(["cmaes", "nsga3"], SEARCH_SAMPLERS))
 def test_a_search_runs_with_every_sampler_again_and_again(
     tmp_path: Path, name: str
 ) -> None:
@@ -67,7 +68,9 @@ def test_a_search_runs_with_every_sampler_again_and_again(
     )
 
 
-@pytest.mark.parametrize("name", ["random", "qmc", "tpe", "nsga2"])
+@pytest.mark.parametrize(
+    "name", slow_but(["qmc", "nsga2"], ["random", "qmc", "tpe", "nsga2"])
+)
 def test_several_objectives_choices_and_rejected_candidates(
     tmp_path: Path, name: str
 ) -> None:

@@ -96,7 +96,7 @@ def interrupted(spec: str, results: Path, after: int) -> int:
     return len(list((results / study.name / "parts").glob("*")))
 
 
-@pytest.mark.parametrize("after", slow_but([5, 32], [0, 1, 5, 12, 20, 32]))
+@pytest.mark.parametrize("after", slow_but([32], [0, 1, 5, 12, 20, 32]))
 def test_an_interrupted_search_goes_on_the_same_way(
     whole: AskedTrials, tmp_path: Path, after: int
 ) -> None:
@@ -198,16 +198,22 @@ def test_held_out_seeds_are_no_search_seeds(results: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("budget", "batch", "replicates", "racing"),
-    [
-        (30, 4, 4, "true"),
-        (31, 7, 5, "true"),
-        (17, 5, 3, "false"),
-        (12, 12, 8, "true"),
-        (40, 1, 40, "true"),
-    ],
+    ("budget", "batch", "replicates", "racing", "n_scenarios"),
+    slow_but(
+        [(31, 7, 5, "true", 1), (17, 5, 3, "false", 3), (40, 1, 40, "true", 1)],
+        [
+            (*budget, n_scenarios)
+            for n_scenarios in (1, 3)
+            for budget in (
+                (30, 4, 4, "true"),
+                (31, 7, 5, "true"),
+                (17, 5, 3, "false"),
+                (12, 12, 8, "true"),
+                (40, 1, 40, "true"),
+            )
+        ],
+    ),
 )
-@pytest.mark.parametrize("n_scenarios", [1, 3])
 def test_the_budget_is_spent_and_never_exceeded(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -305,7 +311,7 @@ def test_repetitions_come_with_random_searches(
 ) -> None:
     replace_trials(monkeypatch, analytic())
     asked = asked_by(
-        ANALYTIC.replace("budget: 200", "budget: 50"), tmp_path, repetitions=2
+        ANALYTIC.replace("budget: 200", "budget: 20"), tmp_path, repetitions=2
     )
     names = [
         "search",
@@ -327,7 +333,7 @@ def test_repetitions_come_with_random_searches(
     }
     assert asked.description["finished"]
     for name in asked.description["blocks"]:
-        assert phase(asked, name)["trial_id"].nunique() == 50
+        assert phase(asked, name)["trial_id"].nunique() == 20
     assert set(phase(asked, "random 1").groupby("candidate").size()) == {3, 2}
     judged = (
         asked.table[asked.table["phase"] == "held_out"]
@@ -342,6 +348,7 @@ def test_repetitions_come_with_random_searches(
     assert first.nunique() == 5
 
 
+@pytest.mark.slow
 def test_without_repetitions_the_search_is_the_same(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -361,13 +368,18 @@ def test_the_same_search_goes_on_with_its_repetitions(
     comments say. Another spec, and one that says it, has its own.
     """
     replace_trials(monkeypatch, analytic())
-    spec = ANALYTIC.replace("budget: 200", "budget: 12")
-    asked = asked_by(spec, tmp_path, repetitions=2)
+    spec = edited(
+        ANALYTIC,
+        ("budget: 200", "budget: 12"),
+        ("{candidates: 3, replicates: 10}", "{candidates: 2, replicates: 3}"),
+    )
+    asked = asked_by(spec, tmp_path, repetitions=1)
     (stored,) = tmp_path.rglob("spec.yaml")
     for text in (stored.read_text(), f"# another day\n{spec}"):
         again = asked_by(text, tmp_path, repetitions=None)
-        assert again.description["repetitions"] == 2
+        assert again.description["repetitions"] == 1
         pd.testing.assert_frame_equal(again.table, asked.table)
+    assert asked_by(spec, tmp_path, repetitions=0).description["repetitions"] == 0
     assert asked_by(spec, tmp_path, repetitions=1).description["repetitions"] == 1
     other = spec.replace("budget: 12", "budget: 13")
     assert asked_by(other, tmp_path, repetitions=None).description["repetitions"] == 0
@@ -570,7 +582,7 @@ def test_a_candidate_without_a_value_is_dropped(
 ) -> None:
     replace_trials(monkeypatch, not_a_number)
     asked = asked_by(
-        edited(TINY, ("  budget: 30", "  budget: 60\n  sampler: random")), tmp_path
+        edited(TINY, ("  budget: 30", "  budget: 40\n  sampler: random")), tmp_path
     )
     rows = phase(asked)
     assert (rows[rows["separation_weight"] > 1].groupby("candidate").size() == 1).all()
@@ -588,7 +600,7 @@ def test_constraints_are_respected(
 
     replace_trials(monkeypatch, run)
     bound = (
-        "  constraints: {speed: {at_most: 1, statistic: worst}}\n  budget: 200\n "
+        "  constraints: {speed: {at_most: 1, statistic: worst}}\n  budget: 150\n "
         " batch: 5\n"
     )
     asked = asked_by(edited(TINY, ("  budget: 30\n  batch: 4\n", bound)), tmp_path)
@@ -689,9 +701,10 @@ def test_a_launch_of_a_search_runs_the_search(tmp_path: Path) -> None:
 
 
 def test_a_launch_goes_on_with_the_repetitions_of_a_stored_search(
-    tmp_path: Path,
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    study = parse_spec(TINY)
+    replace_trials(monkeypatch, analytic())
+    study = parse_spec(ANALYTIC.replace("budget: 200", "budget: 12"))
     repeated = search(study, tmp_path, Serial(), repetitions=1)
     again = launch(study, tmp_path, Serial())
     assert (again.stored, again.statuses) == (repeated.trials, {})

@@ -39,9 +39,9 @@ from tests.cases import slow_but
 from tests.specs import short, short_study
 from tests.studies import IMPOSSIBLE, SMALL, launched, relaunch
 
-RULE = "replicates: {until: {metric: speed, half_width: 0.25}, min: 3, max: 60}"
+RULE = "replicates: {until: {metric: speed, half_width: 0.4}, min: 3, max: 20}"
 GROWING = SMALL.replace("replicates: 3", RULE).replace("[0.5, 1]", "[0.5, 1, 2, 4]")
-NUMBERS = looks(3, 60)
+NUMBERS = looks(3, 20)
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +82,7 @@ def test_each_point_stops_at_its_first_look_with_a_narrow_interval(
         assert list(trials["replicate"]) == list(range(point["n"]))
         assert point["n"] in NUMBERS
         assert (
-            min(before) > 0.25 >= last == pytest.approx(point["half_width"], rel=1e-12)
+            min(before) > 0.4 >= last == pytest.approx(point["half_width"], rel=1e-12)
         )
     assert stopping(whole)["reached"].all()
     assert set(stopping(whole)["why"]) == {"half width"}
@@ -105,7 +105,7 @@ def test_two_workers_make_the_same_decisions(
 
 @pytest.mark.parametrize(
     "stop_after",
-    slow_but([50], [0, 5, 14, 30, 50]),
+    slow_but([25], [0, 5, 14, 25, 30]),
 )
 def test_an_interrupted_launch_goes_on_to_the_same_decisions(
     whole: StoredStudy, tmp_path: Path, stop_after: int, monkeypatch: pytest.MonkeyPatch
@@ -140,18 +140,18 @@ def test_a_launch_again_runs_nothing(whole: StoredStudy) -> None:
 def test_trials_of_a_fixed_number_are_used_and_those_beyond_stay_apart(
     whole: StoredStudy, tmp_path: Path
 ) -> None:
-    relaunch(GROWING.replace(RULE, "replicates: 60"), tmp_path)
+    relaunch(GROWING.replace(RULE, "replicates: 20"), tmp_path)
     progress = relaunch(GROWING, tmp_path)
     assert progress.missing == 0
-    assert progress.apart == 4 * 60 - whole.plan.num_rows
+    assert progress.apart == 4 * 20 - whole.plan.num_rows
     identical(StoredStudy("small", tmp_path), whole)
-    assert relaunch(GROWING.replace(RULE, "replicates: 60"), tmp_path).missing == 0
+    assert relaunch(GROWING.replace(RULE, "replicates: 20"), tmp_path).missing == 0
 
 
 def test_a_narrower_interval_needs_only_the_trials_beyond(
     whole: StoredStudy, tmp_path: Path
 ) -> None:
-    wide = relaunch(GROWING.replace("0.25", "0.35"), tmp_path)
+    wide = relaunch(GROWING.replace("0.4", "0.6"), tmp_path)
     progress = relaunch(GROWING, tmp_path)
     assert progress.stored == wide.trials
     assert progress.missing == whole.plan.num_rows - wide.trials > 0
@@ -160,7 +160,7 @@ def test_a_narrower_interval_needs_only_the_trials_beyond(
 
 def test_a_point_whose_interval_stays_wide_stops_at_the_maximum(tmp_path: Path) -> None:
     study = launched(
-        GROWING.replace("0.25", "1e-9").replace("max: 60", "max: 6"), tmp_path
+        GROWING.replace("0.4", "1e-9").replace("max: 20", "max: 6"), tmp_path
     )
     assert set(stopping(study)["why"]) == {"max"}
     assert not stopping(study)["reached"].any()
@@ -291,7 +291,7 @@ def test_a_mean_over_the_last_half_may_decide(tmp_path: Path) -> None:
 
 
 SEVERAL = GROWING.replace(
-    "{metric: speed, half_width: 0.25}", "{half_width: {speed: 0.3, flock_radius: 25%}}"
+    "{metric: speed, half_width: 0.4}", "{half_width: {speed: 0.5, flock_radius: 40%}}"
 )
 
 
@@ -317,8 +317,8 @@ def test_several_metrics_are_all_narrow_where_a_point_stops(
                 for name in ("speed", "flock_radius")
             }
             half = {name: (one.high - one.low) / 2 for name, one in found.items()}
-            wide = half["speed"] > 0.3
-            wide |= half["flock_radius"] > 0.25 * found["flock_radius"].value
+            wide = half["speed"] > 0.5
+            wide |= half["flock_radius"] > 0.4 * found["flock_radius"].value
             assert wide == (n < len(part)), (point, n)
         last[point] = half
     for _, row in stopping(study).iterrows():
@@ -332,7 +332,7 @@ def test_several_metrics_are_all_narrow_where_a_point_stops(
     assert "valid for fixed numbers of trials" in said
     plan = make_plan(parse_spec(SEVERAL), 2)
     assert (
-        "until the half-width of speed is 0.3, of flock_radius is 25% of its mean)"
+        "until the half-width of speed is 0.5, of flock_radius is 40% of its mean)"
         in plan.as_text()
     )
 
@@ -340,13 +340,13 @@ def test_several_metrics_are_all_narrow_where_a_point_stops(
 def test_one_metric_by_name_is_the_rule_of_before() -> None:
     """So that its trials stay: the looks, their confidence, and what is stored."""
     before = parse_spec(GROWING).rule
-    named = "{half_width: {speed: 0.25}}"
-    after = parse_spec(GROWING.replace("{metric: speed, half_width: 0.25}", named)).rule
+    named = "{half_width: {speed: 0.4}}"
+    after = parse_spec(GROWING.replace("{metric: speed, half_width: 0.4}", named)).rule
     assert before == after
     assert before
     assert before.nominal == nominal_confidence(NUMBERS, 0.95)
-    old = {"metric": "speed", "half_width": 0.25, "confidence": 0.95}
-    assert from_json(old | {"min": 3, "max": 60}) == before
+    old = {"metric": "speed", "half_width": 0.4, "confidence": 0.95}
+    assert from_json(old | {"min": 3, "max": 20}) == before
     several = parse_spec(SEVERAL).rule
     assert several
     assert from_json(json.loads(json.dumps(several.as_json()))) == several
@@ -376,15 +376,15 @@ def test_what_is_said_before_during_and_after(
 ) -> None:
     plan = make_plan(parse_spec(GROWING), workers=1)
     assert (
-        "trials     12 to 240 (3 to 60 per point, until the half-width of speed is"
-        " 0.25)" in plan.as_text()
+        "trials     12 to 80 (3 to 20 per point, until the half-width of speed is"
+        " 0.4)" in plan.as_text()
     )
     assert "CPU time   at most about" in plan.as_text()
     with ProgressBar("small") as bar:
         progress = launch(parse_spec(GROWING), tmp_path, Serial(), report=bar.show)
     said = capsys.readouterr().err
     assert (
-        "small: points settled 0 of 4, at most 240 trials; now 12 trials, 0 of them"
+        "small: points settled 0 of 4, at most 80 trials; now 12 trials, 0 of them"
         " stored already" in said
     )
     assert bar.summary(progress, tmp_path).endswith("points settled 4 of 4")

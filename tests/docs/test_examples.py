@@ -209,15 +209,27 @@ def test_every_public_function_has_an_example() -> None:
     assert without == []
 
 
+FIGURES = [module for module in MODULES if module.__name__ == "sweep.figures"]
+OTHERS = [module for module in MODULES if module not in FIGURES]
+
+
 @pytest.mark.usefixtures("folder")
-def test_examples_print_what_they_show() -> None:
+@pytest.mark.parametrize(
+    ("modules", "least"),
+    [
+        pytest.param(OTHERS, 100, id="all but figures"),
+        # To draw takes half of the time, and tests/figures draws all of it.
+        pytest.param(FIGURES, 10, id="figures", marks=pytest.mark.slow),
+    ],
+)
+def test_examples_print_what_they_show(modules: list[ModuleType], least: int) -> None:
     runner = doctest.DocTestRunner(optionflags=OPTIONS)
     wrong: list[str] = []
     count = 0
-    for module in MODULES:
+    for module in modules:
         for one in examples(module):
             count += 1
             runner.run(one, out=wrong.append)
             plt.close("all")
     assert "".join(wrong) == ""
-    assert count > 100  # else the pattern of examples has become one that finds none
+    assert count > least  # else the pattern of examples has become one that finds none

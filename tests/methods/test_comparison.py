@@ -288,7 +288,7 @@ def bounds(chance: float, number: int) -> tuple[float, float]:
     return float(low) / number, float(high) / number
 
 
-@pytest.mark.parametrize("tables", slow_but([250], [250, 1000]))
+@pytest.mark.parametrize("tables", slow_but([50], [50, 250, 1000]))
 @pytest.mark.parametrize("common", [True, False], ids=["paired", "apart"])
 def test_a_table_without_any_difference_has_a_wrong_verdict_one_time_in_twenty(
     common: bool, tables: int
@@ -305,6 +305,7 @@ def test_a_table_without_any_difference_has_a_wrong_verdict_one_time_in_twenty(
     assert low <= np.mean(wrong) <= high
 
 
+@pytest.mark.slow
 def test_pairs_find_what_independent_trials_do_not() -> None:
     """Noncentral t: n = 12, effect 1, variances 1 and 3 of what pairs share; 300 tables
     each, false alarm 1e-4.

@@ -323,6 +323,7 @@ def repeating(tmp_path: Path) -> Path:
     return install(tmp_path, {"boidsweep.methods": offered}, files, name="repeating")
 
 
+@pytest.mark.slow
 def test_a_section_of_a_package_is_read_run_and_recorded(
     tmp_path: Path, repeating: Path
 ) -> None:
@@ -350,6 +351,7 @@ def test_a_section_of_a_package_is_read_run_and_recorded(
     assert known["dependencies"]["repeat"] == {"required": ["replicates"]}
 
 
+@pytest.mark.slow
 def test_what_is_wrong_with_a_section_of_a_package_is_said_with_all_else(
     tmp_path: Path, repeating: Path
 ) -> None:
@@ -389,20 +391,42 @@ def test_a_study_with_a_section_of_a_package_that_is_gone_is_read(
     assert 'unknown key "repeat"' in again.stderr
 
 
-def test_a_section_of_a_package_decides_which_trials_run(tmp_path: Path) -> None:
-    """Its strategy looks at what is stored, and asks for more: in one launch, or after
-    one that was cut off.
+@pytest.fixture(scope="module")
+def doubled(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> list[subprocess.CompletedProcess[str]]:
+    """What commands do with a package whose section adds trials, and which also offers
+    sections that cannot be.
     """
-    offered = {"boidsweep.methods": {"doubling": "doubling.method:METHOD"}}
-    files = {"__init__.py": "", "method.py": DOUBLING}
-    packages = install(tmp_path, offered, files, name="doubling")
+    folder = tmp_path_factory.mktemp("doubled")
+    offered = {
+        "doubling": "doubling.method:METHOD",
+        "seeding": "doubling.seeding:METHOD",
+        "forming": "doubling.forming:METHOD",
+        "shapeless": "doubling.shapeless:METHOD",
+    }
+    files = {
+        "__init__.py": "",
+        "method.py": DOUBLING,
+        "seeding.py": DOUBLING.replace('name="double"', 'name="seed"'),
+        "forming.py": DOUBLING.replace('name="double"', 'name="again"').replace(
+            "read=read", 'form_of="replicates", read=read'
+        ),
+        "shapeless.py": DOUBLING.replace('name="double"', 'name="loose"').replace(
+            '    shape={"times": int},\n', ""
+        ),
+    }
+    packages = install(folder, {"boidsweep.methods": offered}, files, name="doubling")
     spec = f"{SMALL}double: {{times: 2}}\n"
-    (tmp_path / "small.yaml").write_text(spec, encoding="utf-8")
-    (tmp_path / "fewer.yaml").write_text(spec.replace("times: 2", "times: 1"))
-    plan, as_json, share, fewer, more, again, status, table = started_in_turn(
-        tmp_path,
+    until = "replicates: {until: {metric: speed, half_width: 0.1}, min: 3, max: 9}"
+    (folder / "small.yaml").write_text(spec, encoding="utf-8")
+    (folder / "fewer.yaml").write_text(spec.replace("times: 2", "times: 1"))
+    (folder / "two.yaml").write_text(spec.replace("replicates: 3", until))
+    return started_in_turn(
+        folder,
         packages,
         ("plan", "small.yaml"),
+        ("plan", "two.yaml"),
         ("plan", "small.yaml", "--json"),
         ("launch", "small.yaml", "--shard", "1/2"),
         ("launch", "fewer.yaml", "--workers", "1"),
@@ -411,6 +435,15 @@ def test_a_section_of_a_package_decides_which_trials_run(tmp_path: Path) -> None
         ("status", "small"),
         ("table", "small", "--csv"),
     )
+
+
+def test_a_section_of_a_package_decides_which_trials_run(
+    doubled: list[subprocess.CompletedProcess[str]],
+) -> None:
+    """Its strategy looks at what is stored, and asks for more: in one launch, or after
+    one that was cut off.
+    """
+    plan, _, as_json, share, fewer, more, again, status, table = doubled
     assert "6 to 24 (3 to 12 per point, doubled)" in plan.stdout
     told = json.loads(as_json.stdout)
     assert told["double"] == {"times": 2, "confidence": 0.95}
@@ -461,33 +494,11 @@ def test_a_method_of_a_package_goes_through_a_kill_and_to_others(
     assert command.startswith("sweep plot small doubled")
 
 
-def test_a_section_that_cannot_be_and_a_second_rule_are_said(tmp_path: Path) -> None:
+def test_a_section_that_cannot_be_and_a_second_rule_are_said(
+    doubled: list[subprocess.CompletedProcess[str]],
+) -> None:
     """A package can bring no section under a key of ours, and a study has one rule."""
-    offered = {
-        "doubling": "doubling.method:METHOD",
-        "seeding": "doubling.seeding:METHOD",
-        "forming": "doubling.forming:METHOD",
-        "shapeless": "doubling.shapeless:METHOD",
-    }
-    files = {
-        "__init__.py": "",
-        "method.py": DOUBLING,
-        "seeding.py": DOUBLING.replace('name="double"', 'name="seed"'),
-        "forming.py": DOUBLING.replace('name="double"', 'name="again"').replace(
-            "read=read", 'form_of="replicates", read=read'
-        ),
-        "shapeless.py": DOUBLING.replace('name="double"', 'name="loose"').replace(
-            '    shape={"times": int},\n', ""
-        ),
-    }
-    packages = install(tmp_path, {"boidsweep.methods": offered}, files, name="doubling")
-    spec = f"{SMALL}double: {{times: 1}}\n"
-    until = "replicates: {until: {metric: speed, half_width: 0.1}, min: 3, max: 9}"
-    (tmp_path / "small.yaml").write_text(spec, encoding="utf-8")
-    (tmp_path / "two.yaml").write_text(spec.replace("replicates: 3", until))
-    plan, refused = started_in_turn(
-        tmp_path, packages, ("plan", "small.yaml"), ("plan", "two.yaml")
-    )
+    plan, refused, *_ = doubled
     assert plan.returncode == 0
     assert 'the section "seed" of seeding: the key is taken' in plan.stderr
     assert 'the section "again" of forming: the key is taken' in plan.stderr

@@ -26,6 +26,7 @@ from sweep.methods.calibration.report import odds_report
 from sweep.spec.study import parse_spec
 from sweep.trial.result import Result, failed
 from sweep.workers.executors import Serial
+from tests.cases import slow_but
 from tests.methods.measured_calibration import exact_evidence, factors
 from tests.methods.test_calibration import DATA, SMALL, normal
 from tests.searches import replace_trials
@@ -77,7 +78,7 @@ def test_the_bayes_factor_is_the_exact_one(
     assert apart.loc[("fit", "far"), "probability"] == 0.0
 
 
-@pytest.mark.parametrize("generations", [0, 2])
+@pytest.mark.parametrize("generations", slow_but([2], [0, 2]))
 def test_intervals_of_bayes_factors_cover_the_truth(generations: int) -> None:
     """Of 200 data sets; the two-sided test fails by chance in 1 of 1,000 cases."""
     rows = factors(generations, 0.4, 200, 400)
@@ -87,6 +88,7 @@ def test_intervals_of_bayes_factors_cover_the_truth(generations: int) -> None:
     assert binomtest(inside, len(enough), 0.95).pvalue > 0.001
 
 
+@pytest.mark.slow
 def test_intervals_of_few_simulations_cover_more_than_they_say() -> None:
     rows = factors(0, 0.025, 200, 400)
     rough = [each for each in rows if each[2] < 10.0]

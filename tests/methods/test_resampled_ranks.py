@@ -43,13 +43,13 @@ def sample_of(settings: np.ndarray, means: np.ndarray, size: int) -> SampledAxis
 
 @pytest.mark.parametrize("case", CASES)
 def test_each_resample_is_as_if_it_was_ranked_anew(case: str) -> None:
-    """To within rounding, also where others determine a rank, in 300 resamples."""
+    """To within rounding, also where others determine a rank, in 100 resamples."""
     settings, means, size = CASES[case]
     sample = sample_of(settings, means, size)
     blocks = len(sample.complete)
-    drawn = default_rng(2).integers(blocks, size=(blocks, 300))
+    drawn = default_rng(2).integers(blocks, size=(blocks, 100))
     found = rank_analysis(sample).estimate(drawn)
-    points = sample.complete[drawn.T].reshape(300, -1)
+    points = sample.complete[drawn.T].reshape(100, -1)
     expected = resampled(settings, means, points)
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-10)
 

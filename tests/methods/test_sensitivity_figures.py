@@ -9,6 +9,7 @@ import pytest
 
 from sweep.figures import sensitivity_figure
 from sweep.methods.sensitivity import morris, rank_correlations, sobol
+from tests.cases import slow_but
 from tests.sampled import axis, study_of
 
 
@@ -87,7 +88,7 @@ def test_rank_correlations() -> None:
     assert (kinds, quantity) == (["spearman", "partial"], "rank correlation with speed")
 
 
-@pytest.mark.parametrize("sizes", [2, 4])
+@pytest.mark.parametrize("sizes", slow_but([2], [2, 4]))
 def test_a_panel_each_for_the_values_of_other_axes(sizes: int) -> None:
     study = study_of(f"n: {list(range(3, 3 + sizes))}, {axis('random', 10)}")
     figure = sensitivity_figure(rank_correlations(study, "speed", resamples=20))

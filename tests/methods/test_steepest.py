@@ -7,6 +7,7 @@ import pytest
 
 from sweep.methods.refinement.rule import STEEPEST, Refinement, SeenPoints
 from sweep.methods.refinement.steepest import Peak, next_trials, peaks, remaining
+from tests.cases import slow_but
 from tests.methods.measured_boundaries import EDGE, logistic
 from tests.methods.measured_steepest import measured
 from tests.refined import line, refined, rule
@@ -100,7 +101,7 @@ def test_groups_are_apart_and_points_without_values_are_left_out() -> None:
     assert [one.group for one in peaks(asked(), places, lost)] == [0]
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", slow_but([0], range(3)))
 def test_the_place_is_found_as_finely_as_asked(seed: int) -> None:
     """With noise of 0.002 of the height of a sigmoid: cells of 1/32, at most four."""
     one = asked(until=1 / 32)
@@ -123,6 +124,7 @@ def test_intervals_of_the_slope_err_on_both_sides_of_all_points() -> None:
     assert (level.where, slope.where) == ("crosses 0.5", "changes most")
 
 
+@pytest.mark.slow
 def test_the_interval_holds_the_place() -> None:
     """More than 8 wrong ones of 40, where 5 % are allowed, have a chance of 2e-5."""
     none, wrong, _, _ = measured(40, 20.0, 0.1, 10)

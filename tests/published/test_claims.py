@@ -13,7 +13,6 @@ from sweep.published.measures import Call, Mean, MeanDifference, RankCorrelation
 from sweep.published.publications import Publication, read_all
 from sweep.published.verdicts import Above, Value, Within, region
 from tests import ROOT
-from tests.cases import slow_but
 from tests.publications import FIGURES, PUBLISHED, SPEC, experiments
 
 MEASURE = "{mean: speed, frame: 0, for: {separation_weight: 1}}"
@@ -454,7 +453,8 @@ def test_a_folder_without_publications_is_an_error(tmp_path: Path) -> None:
         read_all(tmp_path, quick=False)
 
 
-@pytest.mark.parametrize("quick", slow_but([True], [False, True]))
+@pytest.mark.slow
+@pytest.mark.parametrize("quick", [False, True])
 def test_what_the_documents_published_loads_at_both_scales(quick: bool) -> None:
     """Every claim has a measure and an expectation or a reason, of specs and figures
     that exist. What a document contradicts is known of those that somebody has read,

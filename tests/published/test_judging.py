@@ -74,7 +74,7 @@ def test_neither_are_those_of_which_some_failed(tmp_path: Path) -> None:
 
 def test_neither_are_those_of_a_rule_that_asks_for_more(tmp_path: Path) -> None:
     """A launch that ends after the first look, which has three trials a point."""
-    rule = "{until: {metric: speed, half_width: 0.001}, min: 3, max: 1000}"
+    rule = "{until: {metric: speed, half_width: 0.001}, min: 3, max: 20}"
     spec = SPEC.replace("replicates: 8", f"replicates: {rule}")
     tiny = publication(tmp_path, spec)
 

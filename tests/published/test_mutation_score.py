@@ -47,6 +47,7 @@ def noticed(found: DocumentVariants) -> float:
     return found.noticed / len(found.killed_by)
 
 
+@pytest.mark.slow
 def test_wrong_flocks_are_noticed_with_few_trials(tmp_path: Path) -> None:
     """Seeds are fixed, and so is what comes out."""
     publications = read_all(reduced(tmp_path), quick=True)

@@ -15,6 +15,7 @@ from sweep.errors import OutputError, SpecError
 from sweep.published.publications import read_all
 from sweep.published.reproducing import Outcome, reproduce
 from sweep.workers.executors import Serial
+from tests.cases import slow_but
 from tests.commands import sweep
 from tests.publications import FIGURES, PUBLISHED, SPEC, experiments
 
@@ -110,7 +111,9 @@ def test_a_figure_says_what_it_shows(whole: Path) -> None:
     assert b"Study: tiny/small" in path.with_suffix(".pdf").read_bytes()
 
 
-@pytest.mark.parametrize("change", ["figures.py", "spec", "pdf", "png"])
+@pytest.mark.parametrize(
+    "change", slow_but(["figures.py", "png"], ["figures.py", "spec", "pdf", "png"])
+)
 def test_a_figure_is_drawn_again_when_its_inputs_change(
     judged: Path, change: str
 ) -> None:

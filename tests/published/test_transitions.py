@@ -6,6 +6,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from sweep.campaigns.launching import launch
 from sweep.cli.progress import ProgressBar
 from sweep.errors import SpecError
 from sweep.methods.scaling import Scaling
@@ -135,9 +136,9 @@ def test_an_order_is_of_the_family_of_its_document(tmp_path: Path) -> None:
     second = second.replace("{transition: polarization}", mean)
     second = second.replace("{order: continuous}", "{above: 0}")
     folder = experiments(tmp_path, PUBLISHED + second, SPEC, DRAWN)
-    (tiny,) = publications = read_all(folder, quick=False)
+    (tiny,) = read_all(folder, quick=False)
     results = tmp_path / "results"
-    reproduce(publications, results, Serial(), ProgressBar)
+    launch(tiny.studies["small"], results, Serial())
     ([row, _], failures) = judged(tiny, stored_studies(tiny, results))
     assert (tiny.family, failures) == (2, [])
     assert row.verdict.reason.startswith("the order with confidence 0.975 is ")

@@ -220,7 +220,8 @@ def test_a_mutant_without_the_trials_of_a_measure_is_an_error(tmp_path: Path) ->
 def test_a_mutant_whose_trials_fail_is_not_noticed(tmp_path: Path) -> None:
     """No place is free for its boids, which says nothing about the claims."""
     failing = TURNED.replace("{small: {fixed.drag: 0.2}}", NO_ROOM)
-    assert tried(tmp_path, failing).killed_by["heavy"] == []
+    found = tried(tmp_path, failing, named=("heavy",))
+    assert found.killed_by == {"heavy": []}
 
 
 @pytest.mark.parametrize(
@@ -275,6 +276,7 @@ def test_what_is_not_noticed_says_what_it_changes() -> None:
     )
 
 
+@pytest.mark.slow
 def test_the_command_says_which_mutants_are_noticed(tmp_path: Path) -> None:
     experiments(tmp_path, TURNED)
     own = ("--variant", "fast", "--variant", "heavy")
@@ -288,7 +290,9 @@ def test_each_number_is_moved_by_its_shares(tmp_path: Path) -> None:
     """Up and down, from the value of the preset or of `fixed`. What is varied, is 0 or
     cannot be moved stays; whole numbers move by 1 at least, and once each.
     """
-    found = variants(tmp_path, "details")
+    found = variants(
+        tmp_path, "details", named=("n-*", "steps-*", "drag-*", "s*", "f*")
+    )
     small = {
         name: one.publication.studies["small"]
         for name, one in found.items()
@@ -345,6 +349,7 @@ def test_a_number_stays_within_its_bounds(
     assert moved(setting, value, percent) == new
 
 
+@pytest.mark.slow
 def test_details_of_other_presets_are_tried_one_by_one(tmp_path: Path) -> None:
     """What the spec gives stays as given, and so do numbers that a share moves so."""
     found = variants(tmp_path, "details", named=("*-of-*",))

@@ -19,6 +19,7 @@ from sweep.spec.study import parse_spec
 from sweep.tables.stored_study import StoredStudy
 from tests import ROOT
 from tests.campaigns.test_chains import CHAINED
+from tests.cases import slow_but
 from tests.commands import sweep
 from tests.plotted import SEARCHED as SEARCHED_SPEC
 from tests.searches import asked_by
@@ -90,7 +91,9 @@ def test_a_description_has_every_element_and_all_that_a_model_says(name: str) ->
         assert "`observe`" in text.split("## 7.")[1]
 
 
-@pytest.mark.parametrize("name", [*MODELS, *EXAMPLES])
+@pytest.mark.parametrize(
+    "name", slow_but(["nguyen2024", EXAMPLES[0]], [*MODELS, *EXAMPLES])
+)
 def test_every_gap_is_listed_at_the_end(name: str) -> None:
     text, end = odd(described(name)).split("## Gaps")
     gaps = re.findall(r"^\*not stated: (.*)\*$", text, re.MULTILINE)

@@ -29,6 +29,7 @@ from sweep.store.lock_files import LockFiles
 from sweep.store.store import Store
 from sweep.store.whole_studies import rename_study
 from sweep.tables.stored_study import StoredStudy
+from tests.cases import slow_but
 from tests.commands import sweep
 from tests.faults.crash_states import NOBODY
 from tests.store.test_whole_studies import (
@@ -57,7 +58,9 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return results
 
 
-@pytest.mark.parametrize("study", ["small", "own", "covering"])
+@pytest.mark.parametrize(
+    "study", slow_but(["small", "own"], ["small", "own", "covering"])
+)
 def test_a_round_trip_keeps_every_byte(
     study: str, results: Path, tmp_path: Path
 ) -> None:
@@ -240,7 +243,9 @@ def test_it_is_packed_from_an_object_store_and_loaded_into_one(
     assert stored == files(results / "own")
 
 
-@pytest.mark.parametrize("last", ["parts", "spec.yaml", "plan.parquet"])
+@pytest.mark.parametrize(
+    "last", slow_but(["plan.parquet"], ["parts", "spec.yaml", "plan.parquet"])
+)
 def test_what_is_loaded_counts_only_when_all_is_there(
     last: str, results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -318,6 +323,7 @@ def test_loading_goes_on_wherever_it_was_killed(results: Path, tmp_path: Path) -
     assert after >= 4
 
 
+@pytest.mark.slow
 def test_loading_goes_on_after_any_request_to_an_object_store(
     results: Path, tmp_path: Path
 ) -> None:

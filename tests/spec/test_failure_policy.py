@@ -561,9 +561,10 @@ def test_a_search_that_its_budget_allows_is_the_same(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     replace_trials(monkeypatch, broken_above_one)
+    spec = edited(TINY, ("budget: 30", "budget: 12"))
     equal(
-        asked_by(TINY + "failure_budget: 100%\n", tmp_path / "one"),
-        asked_by(TINY, tmp_path / "other"),
+        asked_by(spec + "failure_budget: 100%\n", tmp_path / "one"),
+        asked_by(spec, tmp_path / "other"),
     )
 
 
@@ -577,7 +578,7 @@ def test_a_search_tries_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
         return analytic()(job) if known else failed(job, "it went wrong")
 
     replace_trials(monkeypatch, at_second)
-    spec = edited(ANALYTIC, ("budget: 200", "budget: 60"))
+    spec = edited(ANALYTIC, ("budget: 200", "budget: 20"))
     again = asked_by(spec + "on_error: retry\nretries: 1\n", tmp_path / "one")
     replace_trials(monkeypatch, analytic())
     equal(again, asked_by(spec, tmp_path / "other"))

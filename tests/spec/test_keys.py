@@ -1,6 +1,7 @@
 """One description of a key makes its reader, its schema, its writer and its table."""
 
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -148,11 +149,16 @@ def test_an_example_of_an_axis_is_allowed_by_its_own_content(key: Key) -> None:
         key.content.read(example(key))
 
 
+@cache
+def definitions() -> dict[str, Any]:
+    """What a schema of a key may refer to."""
+    return {"definitions": schema.json_schema()["definitions"]}
+
+
 @pytest.mark.parametrize("path", ALONE)
 def test_an_example_is_read_and_valid_and_is_written_as_it_is_read(path: str) -> None:
     key, given = ALONE[path], example(ALONE[path])
-    definitions = {"definitions": schema.json_schema()["definitions"]}
-    validator = Draft7Validator(key.content.schema() | definitions)
+    validator = Draft7Validator(key.content.schema() | definitions())
     validator.validate(given.value)
     value = key.content.read(given)
     if not isinstance(value, Entry):

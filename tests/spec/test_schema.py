@@ -250,7 +250,7 @@ def settings(model: str) -> Settings:
 NAMES = sorted({name for model in MODELS for name in settings(model)})
 
 
-@pytest.mark.parametrize("model", slow_but(["nguyen2024", "strombom2014"], MODELS))
+@pytest.mark.parametrize("model", slow_but(["strombom2014"], MODELS))
 def test_each_place_takes_the_settings_of_the_model_and_no_others(model: str) -> None:
     head = content(SHORT) | {"model": model}
     preset = MODELS[model].preset_values("as_run")

@@ -28,7 +28,7 @@ RARE = SMALL.replace("record: {series: [speed], every: 2}\n", METRICS).replace(
 )
 UNTIL = RARE.replace(
     "replicates: 3",
-    "replicates: {until: {metric: escapes, half_width: 0.2}, min: 3, max: 40}",
+    "replicates: {until: {metric: escapes, half_width: 0.2}, min: 3, max: 16}",
 ).replace("study: rare", "study: until")
 
 

@@ -130,6 +130,7 @@ def test_what_a_search_would_add_is_not_known(tmp_path: Path) -> None:
         compare(spec(), parse_spec(TINY), tmp_path)
 
 
+@pytest.mark.slow
 def test_a_hundred_thousand_points_are_compared_by_their_ids() -> None:
     axis = (
         "gains: {sample: random, points: 50000, separation_weight: {uniform: [0, 1]},"
