@@ -37,6 +37,7 @@ from kernels.state import Flock, World, laid_out
 from kernels.workspace import Workspace, build_workspace
 from kernels.worlds import build_reach
 from tests import builders
+from tests.interpreter import interpreted
 
 KEY, DT, Z = ChanceKey(17, 4), 0.5, 4.5
 NOISE = {"position_noise": 2.0, "velocity_noise": 0.3, "noise_time": 4.0}
@@ -495,9 +496,11 @@ def is_met(world: World, m: int, way: tuple[float, float, float, float]) -> bool
     return meets_rectangle(dx, dy, to_x, to_y, width, height)
 
 
-@pytest.mark.parametrize(
-    ("minimum_image", "arena"), [(False, False), (False, True), (True, False)]
-)
+WAYS = [(False, False), (False, True), (True, False)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("minimum_image", "arena"), WAYS)
 def test_obstacles_hide_as_if_each_were_looked_at(
     minimum_image: bool, arena: bool
 ) -> None:
@@ -540,6 +543,15 @@ def test_obstacles_hide_as_if_each_were_looked_at(
         assert [j for j in range(n) if j != i and hears(senses, world, i, j)] == seen
         hidden += n - 1 - len(seen)
     assert 0.2 < hidden / (n * (n - 1)) < 0.93
+
+
+@pytest.mark.parametrize(("minimum_image", "arena"), WAYS)
+def test_they_do_in_the_interpreter(minimum_image: bool, arena: bool) -> None:
+    """Where nothing has to be compiled for senses among polygons."""
+    interpreted(
+        "from tests.kernels import test_sensing as t\n"
+        f"t.test_obstacles_hide_as_if_each_were_looked_at({minimum_image}, {arena})"
+    )
 
 
 def test_an_obstacle_hides_those_behind_it() -> None:
