@@ -30,6 +30,7 @@ from tests.elsewhere import on_macos, on_windows
 from tests.studies import SMALL, launched, relaunch
 
 
+@pytest.mark.slow
 def test_every_module_of_ours_is_imported_where_windows_lacks_what_it_lacks() -> None:
     """A fresh process, in which nothing was imported before. Nor is a package of others
     asked meanwhile: it would import modules of ours that are not there yet.

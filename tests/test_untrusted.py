@@ -23,6 +23,7 @@ from sweep.spec.expressions import ExpressionError, parse
 from sweep.spec.settings import settings_of
 from sweep.spec.study import parse_spec
 from sweep.tables.stored_study import StoredStudy
+from tests.cases import slow_but
 from tests.commands import sweep
 from tests.specs import short
 from tests.studies import SMALL, launched, relaunch
@@ -61,7 +62,13 @@ BOMBS = {
 }
 
 
-@pytest.mark.parametrize("bomb", BOMBS)
+LONG_TO_READ = ("depth",)
+"""Which takes seconds, and is refused in the same place as the flow of less depth."""
+
+
+@pytest.mark.parametrize(
+    "bomb", slow_but([one for one in BOMBS if one not in LONG_TO_READ], BOMBS)
+)
 def test_yaml_bombs_are_refused(tmp_path: Path, bomb: str) -> None:
     text, message = BOMBS[bomb]
     assert message in refused(text, tmp_path)

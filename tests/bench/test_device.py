@@ -9,8 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sweep.design.jobs import Job
 from sweep.trial import on_device
-from sweep.trial.simulation import Simulation
+from sweep.trial.result import Result
+from sweep.trial.simulation import Simulation, run
 from tests.bench import device, jax_flock
 from tests.bench.device import GRACE, PARTS, Found, as_markdown, measured, part
 from tests.bench.device_parts import Machine, Row, Watched
@@ -25,6 +27,7 @@ def rows_of(name: str, machine: Machine = SMALL) -> list[Row]:
     return list(PARTS[name].rows(machine))
 
 
+@pytest.mark.slow
 def test_small_trials_are_flown_there_and_compared() -> None:
     [row] = rows_of("golden")
     assert row["trials"] == row["flown there"] == 3
@@ -32,12 +35,14 @@ def test_small_trials_are_flown_there_and_compared() -> None:
 
 
 def test_other_bits_are_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of the first trial of each batch."""
-    usual, batches = on_device.flown, list[int]()
+    """Of the first trial of each batch. All are flown here, where nothing has to be
+    compiled; that a device has their bits is shown by tests/trial/test_on_device.py.
+    """
+    batches = list[int]()
 
-    def off(jobs: list[object], device: object) -> list[object]:
+    def off(jobs: list[Job], _device: object) -> list[Result]:
         batches.append(len(jobs))
-        first, *others = usual(jobs, device)  # type: ignore[arg-type]
+        first, *others = (run(one) for one in jobs)
         last = {name: np.nextafter(x, 9) for name, x in first.last.items()}
         return [replace(first, last=last), *others]
 
@@ -58,6 +63,7 @@ def test_boid_steps_are_counted_there_and_here() -> None:
         assert "error" not in row
 
 
+@pytest.mark.slow
 def test_time_is_shared_out_and_batches_are_tried() -> None:
     rows = rows_of("limits")
     assert not [row for row in rows if "error" in row]

@@ -94,9 +94,9 @@ CHASES = 1 / (1 / INNER - 1 / OUTER)
 @pytest.mark.parametrize(
     ("chase", "rests"),
     [
-        pytest.param(FOLLOWS - 0.03, False, id="too weak"),
+        pytest.param(FOLLOWS - 0.03, False, id="too weak", marks=pytest.mark.slow),
         pytest.param(FOLLOWS + 0.03, True, id="strong enough"),
-        pytest.param(CHASES - 0.06, True, id="still confused"),
+        pytest.param(CHASES - 0.06, True, id="still confused", marks=pytest.mark.slow),
         pytest.param(CHASES + 0.06, False, id="chasing"),
     ],
 )

@@ -8,6 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from sweep.trial.simulation import Simulation
+from tests.cases import slow_but
 from tests.examples.flown import flown, job, places
 
 METRICS = ("./phase_order.py", "speed")
@@ -92,7 +93,9 @@ PRESETS = {
 """The states, with bounds of the coherence of phases and of the wave S."""
 
 
-@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize(
+    "preset", slow_but(["static_phase_wave", "active_phase_wave"], PRESETS)
+)
 def test_the_states_of_the_paper_come_about(preset: str) -> None:
     """Where J and K are those of its figures, and nothing moves in a static state."""
     mean = flown(job("swarmalators", preset, METRICS)).mean
@@ -102,7 +105,7 @@ def test_the_states_of_the_paper_come_about(preset: str) -> None:
     assert (mean["speed"] < 0.005) == preset.startswith("static")
 
 
-@pytest.mark.parametrize("preset", PRESETS)
+@pytest.mark.parametrize("preset", slow_but(["active_phase_wave"], PRESETS))
 def test_the_mean_phase_and_the_centre_stay(preset: str) -> None:
     """What one does to another, the other does to it, in places and in phases."""
     simulation = Simulation(job("swarmalators", preset, max_speed=1e6))

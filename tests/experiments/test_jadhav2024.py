@@ -7,15 +7,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from experiments.sheep.jadhav2024 import MODEL
-from experiments.sheep.jadhav2024 import _choose as choose
 from kernels.near import build_near
 from sweep.design.jobs import stream
 from sweep.testing import assert_keeps
+from sweep.testing.subject import subject
 from sweep.trial.simulation import Simulation
-from tests import builders, naive
+from tests import ROOT, builders, naive
 from tests.naive.jadhav2024 import jadhav2024
 
+MODEL = subject(ROOT / "experiments" / "sheep" / "jadhav2024.py").model
+"""As specs name it, so that what is compiled here serves tests of studies too."""
+ADVANCE: Any = MODEL.advance
+choose = ADVANCE.py_func.__globals__["_choose"]
 ANYWHERE = {"start_radius": 0, "start_draws": "portable"}
 """The start of trials whose boids are placed, or whose world is small."""
 

@@ -215,12 +215,12 @@ def test_each_robot_is_as_fast_as_its_own_limit_lets_it() -> None:
     np.testing.assert_allclose(speed, most, rtol=1e-12)
 
 
-@pytest.mark.parametrize("borders", ["bounded", "torus"])
-def test_the_grid_lets_the_farthest_sighted_see(borders: str) -> None:
+def by_grid_and_in_pairs(borders: str, steps: int) -> None:
     """With the same bits as without a grid; robots see from 4 to 30 times as far as
     others.
     """
-    changes: dict[str, Any] = {"n": 150, "steps": 10, "metrics": (), "borders": borders}
+    changes: dict[str, Any] = {"n": 150, "metrics": (), "borders": borders}
+    changes |= {"steps": steps}
     changes |= {"width": 1000.0, "height": 900.0, "map": "empty"}
     changes |= {"perception_range": 30.0, "perception_range_spread": 0.6}
     changes |= {"minimum_image": borders == "torus"}
@@ -231,11 +231,18 @@ def test_the_grid_lets_the_farthest_sighted_see(borders: str) -> None:
         replace(builders.job("aziel_chen2025", **changes), all_pairs=True)
     )
     for simulation in (gridded, paired):
-        assert simulation.advance(10)
+        assert simulation.advance(steps)
     there, here = (builders.state(one.flock) for one in (gridded, paired))
     assert there.tobytes() == here.tobytes()
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("borders", ["bounded", "torus"])
+def test_the_grid_lets_the_farthest_sighted_see(borders: str) -> None:
+    by_grid_and_in_pairs(borders, 10)
+
+
+@pytest.mark.slow
 def test_it_is_seen_whom_a_robot_sees_by_its_own_range() -> None:
     changes: dict[str, Any] = {"n": 60, "metrics": (), "map": "empty", "fov": 360}
     changes |= {"perception_range": 60.0, "perception_range_spread": 0.5}
@@ -249,6 +256,7 @@ def test_it_is_seen_whom_a_robot_sees_by_its_own_range() -> None:
         assert seen.neighbours == [one for one in near.tolist() if one != boid]
 
 
+@pytest.mark.slow
 def test_what_one_rule_does_is_that_of_each_robot() -> None:
     """The arrows of the page: rules that are switched off are off for all robots."""
     simulation = Simulation(small("aziel_chen2025", 0.3, metrics=()))
@@ -262,7 +270,9 @@ def test_what_one_rule_does_is_that_of_each_robot() -> None:
     assert own_of(simulation)["cohesion_weight"].min() > 0.0
 
 
-@pytest.mark.parametrize("model", ["nguyen2024", "aziel_chen2025"])
+@pytest.mark.parametrize(
+    "model", slow_but(["nguyen2024"], ["nguyen2024", "aziel_chen2025"])
+)
 def test_robots_may_be_sorted_otherwise(model: str) -> None:
     """Sums have another order: by 1e-13 px they round differently, and a flock
     amplifies that to 1e-11 px.
@@ -283,6 +293,7 @@ def test_robots_may_be_sorted_otherwise(model: str) -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_flock_of_such_robots_flies_the_same_elsewhere() -> None:
     """By a shift that all coordinates hold exactly, on an open plane; places round
     differently, as above.
@@ -301,6 +312,21 @@ def test_a_flock_of_such_robots_flies_the_same_elsewhere() -> None:
         rtol=0,
         atol=1e-9,
     )
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        "by_grid_and_in_pairs('bounded', 2)",
+        "by_grid_and_in_pairs('torus', 2)",
+        "test_it_is_seen_whom_a_robot_sees_by_its_own_range()",
+        "test_what_one_rule_does_is_that_of_each_robot()",
+        "test_a_flock_of_such_robots_flies_the_same_elsewhere()",
+    ],
+)
+def test_such_robots_do_in_the_interpreter(call: str) -> None:
+    """Where aziel_chen2025 has not to be compiled for them."""
+    interpreted(f"from tests.kernels import test_differing as t\nt.{call}")
 
 
 def test_an_interrupted_flight_goes_on_with_the_same_robots() -> None:

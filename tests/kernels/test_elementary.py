@@ -5,6 +5,7 @@ arguments are no ordinary numbers.
 import math
 from collections.abc import Callable, Sequence
 from hashlib import sha256
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from mpmath import mp, mpf
 from kernels import elementary
 from kernels.elementary import BOUND, BOUND_OF_EXP, BOUND_OF_LEAST, MOST_ANGLE
 from tests import ROOT
+from tests.cases import slow_but
 from tests.interpreter import interpreted
 from tests.naive.elementary import tables
 
@@ -101,18 +103,24 @@ def units_apart(found: float, exact: Any) -> float:
     return float(abs(mpf(found) - exact) / unit)
 
 
-@pytest.mark.parametrize("name", CASES)
-def test_errors_are_below_the_bound(name: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "every"),
+    slow_but([(name, 5) for name in CASES], list(product(CASES, (1, 5)))),
+)
+def test_errors_are_below_the_bound(name: str, every: int) -> None:
     """Of thousands of arguments: ordinary and tiny ones, those of all sizes, and those
     at which a result is next to what it is near: 1, a multiple of pi / 2, the least or
-    the largest number.
+    the largest number. Of long lists, the fast suite takes each fifth.
     """
     function = getattr(elementary, name)
     exact: Callable[..., Any] = getattr(mp, name)
     bounds = (BOUND_OF_EXP, BOUND_OF_LEAST) if name in LESS else (BOUND, BOUND)
     with mp.workprec(BITS):
         for case in CASES[name]:
-            for given in zip(*(one.tolist() for one in case), strict=True):
+            columns = [one.tolist() for one in case]
+            if len(columns[0]) > 100:
+                columns = [one[::every] for one in columns]
+            for given in zip(*columns, strict=True):
                 value = exact(*map(mpf, given))
                 bound = bounds[abs(value) < LEAST_NORMAL]
                 assert units_apart(function(*given), value) < bound, given

@@ -13,7 +13,6 @@ from kernels.models import MODELS
 from kernels.state import Floats
 from sweep.trial.simulation import Simulation
 from tests import builders
-from tests.cases import slow_but
 from tests.interpreter import interpreted
 
 SEEDS: list[Any] = [0, 1, 2**64 - 1, [3, 1, 4, 1, 5], 20260101]
@@ -105,9 +104,18 @@ def flown(model: str, with_stream: bool) -> tuple[bytes, dict[str, Any]]:
     )
 
 
-@pytest.mark.parametrize("model", slow_but(["vicsek1995"], MODELS))
+@pytest.mark.slow
+@pytest.mark.parametrize("model", MODELS)
 def test_a_flight_with_a_stream_has_the_same_bits(model: str) -> None:
     assert flown(model, True) == flown(model, False)
+
+
+def test_one_has_in_the_interpreter() -> None:
+    """Where no model has to be compiled for streams."""
+    interpreted(
+        "from tests.kernels import test_generator as t\n"
+        "t.test_a_flight_with_a_stream_has_the_same_bits('vicsek1995')"
+    )
 
 
 def test_there_are_no_normal_numbers() -> None:

@@ -29,6 +29,7 @@ from sweep.trial.simulation import Simulation
 from sweep.trial.state import different
 from tests import builders, naive
 from tests.cases import slow_but
+from tests.interpreter import interpreted
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -206,17 +207,17 @@ def test_there_are_blocks_for_all_boids_in_one_place(room: int) -> None:
     assert max(map(len, lists(grid)[0])) == n
 
 
-def test_neighbours_in_a_large_flock_are_those_in_any_other(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Its memory is laid out otherwise, and asked for ahead."""
-    monkeypatch.setattr(state, "LARGE_FLOCK", 50)
-    rng, world, n = np.random.default_rng(5), builders.a_world(), 300
+def in_a_large_flock(n: int) -> None:
+    """Compare the neighbours in a flock that is laid out as large ones are."""
+    rng, world = np.random.default_rng(5), builders.a_world()
     x, y, vx, vy = rng.uniform(-50, 650, (4, n))
     small = builders.a_flock(x, y, vx, vy)
-    large, everyone = state.laid_out(small), all_pairs(n)
-    assert large.x.strides == (32,)
-    grid = build_grid(large, world, 50.0)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(neighbours, "CROWDED", 1)
+        patch.setattr(state, "LARGE_FLOCK", 50)
+        large, everyone = state.laid_out(small), all_pairs(n)
+        assert large.x.strides == (32,)
+        grid = build_grid(large, world, 50.0)
     assert grid.ahead is not None
     for _ in range(3):
         large.x[:] += rng.uniform(-60, 60, n)
@@ -226,6 +227,19 @@ def test_neighbours_in_a_large_flock_are_those_in_any_other(
             assert found_by(grid, large, world, i, 50.0, 150.0, False) == found_by(
                 everyone, small, world, i, 50.0, 150.0, False
             )
+
+
+@pytest.mark.slow
+def test_neighbours_in_a_large_flock_are_those_in_any_other() -> None:
+    """Its memory is laid out otherwise, and asked for ahead."""
+    in_a_large_flock(300)
+
+
+def test_they_are_in_the_interpreter() -> None:
+    """Where the search has not to be compiled for another layout."""
+    interpreted(
+        "from tests.kernels import test_neighbours as t\nt.in_a_large_flock(120)"
+    )
 
 
 @pytest.mark.slow

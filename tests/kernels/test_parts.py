@@ -16,6 +16,7 @@ from sweep.spec.recorded import names_of_parts
 from sweep.spec.study import parse_spec as parse
 from sweep.trial.simulation import Simulation, run
 from tests import builders
+from tests.interpreter import interpreted
 
 HERD = {"n": 12, "steps": 6}
 WHOLE = [name for name, metric in METRICS.items() if has_parts(metric)]
@@ -58,9 +59,11 @@ def test_the_dog_is_no_sheep_of_the_herd() -> None:
     assert (values(flown, "flock_radius_of_dog") == 0.0).all()
 
 
-@pytest.mark.parametrize(
-    "name", ["polarization", "speed", "nearest_neighbour_distance"]
-)
+SOME = "polarization", "speed", "nearest_neighbour_distance"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SOME)
 def test_those_that_have_failed_do_not_count_from_then_on(name: str) -> None:
     """Half of the boids stop in step 4: from the frame after it on, the metric is that
     of the others alone. Before, it is that of all.
@@ -85,6 +88,15 @@ def test_those_that_have_failed_do_not_count_from_then_on(name: str) -> None:
     METRICS[name].measure(own, len(steps), ground, flown.flight.observation, expected)
     np.testing.assert_array_equal(working[steps > 3], expected[steps > 3])
     assert (working[steps > 3] != every[steps > 3]).all()
+
+
+@pytest.mark.parametrize("name", SOME)
+def test_they_do_not_in_the_interpreter(name: str) -> None:
+    """Where no model has to be compiled for boids that fail."""
+    interpreted(
+        "from tests.kernels import test_parts as t\n"
+        f"t.test_those_that_have_failed_do_not_count_from_then_on({name!r})"
+    )
 
 
 @pytest.mark.slow

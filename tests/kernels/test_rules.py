@@ -15,6 +15,7 @@ import pytest
 import kernels
 from kernels import arbitration
 from kernels.arbitration import limit, serve
+from kernels.caching import OURS
 from kernels.indices import PIECE
 from kernels.model import OccupancySettings
 from kernels.near import EVERYBODY, Near
@@ -23,6 +24,7 @@ from kernels.rules.borders import confine
 from kernels.settings import BOUNDED, OPEN, TORUS
 from kernels.worlds import build_reach
 from tests import builders, naive
+from tests.interpreter import interpreted
 
 CASES, BOIDS = 60, 13
 OBSTACLES = [
@@ -44,7 +46,8 @@ def rules() -> dict[str, Callable[..., Any]]:
         name: member
         for module in modules
         for name, member in vars(module).items()
-        if hasattr(member, "py_func")
+        if callable(member)
+        and getattr(member, "py_func", member) in OURS
         and member.__module__ == module.__name__
         and not name.startswith("_")
     }
@@ -113,6 +116,7 @@ def arguments(rule: Callable[..., Any], seed: int) -> dict[str, Any]:
     return chosen
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", rules())
 def test_a_rule_does_what_its_slow_twin_does(name: str) -> None:
     """Sums of a dozen terms differ by rounding: 1e-12 of their size leaves two digits
@@ -125,6 +129,15 @@ def test_a_rule_does_what_its_slow_twin_does(name: str) -> None:
         np.testing.assert_allclose(
             fast, slow, rtol=1e-12, atol=1e-12, err_msg=f"case {seed}"
         )
+
+
+@pytest.mark.parametrize("name", rules())
+def test_it_does_in_the_interpreter(name: str) -> None:
+    """Where no rule has to be compiled for Python."""
+    interpreted(
+        "from tests.kernels import test_rules as t\n"
+        f"t.test_a_rule_does_what_its_slow_twin_does({name!r})"
+    )
 
 
 def test_a_force_within_the_limit_keeps_its_bits() -> None:

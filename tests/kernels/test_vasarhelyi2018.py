@@ -257,14 +257,14 @@ def test_drones_want_what_a_slow_twin_wants_of_what_they_know(preset: str) -> No
 
     What a step adds to an error has a covariance of 1e-10, as the difference of numbers
     of 0.5: its roots differ by 1e-7 of themselves between two ways to compute them, and
-    errors by 1e-8 m/s after 400 steps. A wrong rule is off by more than 1e-3 m/s.
+    errors by 1e-8 m/s after 200 steps. A wrong rule is off by more than 1e-3 m/s.
     """
-    a_job = builders.job("vasarhelyi2018", preset, metrics=(), n=12, steps=400, seed=3)
+    a_job = builders.job("vasarhelyi2018", preset, metrics=(), n=8, steps=200, seed=3)
     simulation, settings = Simulation(a_job), a_job.settings
     knowledge = Knowledge(settings, simulation.world, keys_of(a_job).flown)
     at_once = settings | {"motor_lag": 0.0, "motor_acceleration": math.inf}
     heard = 0
-    for step in range(400):
+    for step in range(200):
         knows = knowledge.own_and_heard(naive.birds(simulation.flock))
         simulation.advance(1)
         simulation.take_frames()
@@ -276,12 +276,12 @@ def test_drones_want_what_a_slow_twin_wants_of_what_they_know(preset: str) -> No
             found = simulation.flight.work.state[:2, i]
             assert found == pytest.approx(twin.velocity, rel=0, abs=1e-6)
             heard += len(others)
-    everyone = 20 * 12 * 11
+    everyone = 10 * 8 * 7
     assert 0.05 * everyone < heard < 0.9 * everyone, "some are out of range, or lost"
 
 
 def test_the_loop_of_the_motors_has_the_velocity_that_is_measured() -> None:
-    """v + (w - u) (1 - exp(-dt / lag)) for 200 steps of drones whose own velocities u
+    """v + (w - u) (1 - exp(-dt / lag)) for 80 steps of drones whose own velocities u
     have errors of 0.3 m/s; with the true velocities steps would differ by 0.003 m/s.
     The slow twin computes errors in another way, to 1e-8 m/s (see above).
     """
@@ -289,8 +289,8 @@ def test_the_loop_of_the_motors_has_the_velocity_that_is_measured() -> None:
         "vasarhelyi2018",
         "real",
         metrics=(),
-        n=6,
-        steps=200,
+        n=4,
+        steps=80,
         seed=5,
         velocity_noise=0.3,
         motor_noise=0.0,
@@ -301,7 +301,7 @@ def test_the_loop_of_the_motors_has_the_velocity_that_is_measured() -> None:
     knowledge = Knowledge(a_job.settings, simulation.world, keys_of(a_job).flown)
     come = -math.expm1(-a_job.settings["dt"])
     errors = []
-    for _ in range(200):
+    for _ in range(80):
         before = builders.state(simulation.flock)[2:].copy()
         knows = knowledge.own_and_heard(naive.birds(simulation.flock))
         measured = np.array([own.velocity for own, _ in knows]).T

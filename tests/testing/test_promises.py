@@ -1,18 +1,25 @@
 """Promises: a good model keeps all, and a bad one is found, with its line."""
 
 import json
+import math
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 from unittest import SkipTest
 
+import numpy as np
 import pytest
 
 from kernels.models import MODELS
+from sweep.design.jobs import Job
 from sweep.errors import ChoiceError, CodeError
-from sweep.testing import PROMISES, assert_keeps
+from sweep.testing import PROMISES, assert_keeps, processes
 from sweep.testing.compiled import check_steps
 from sweep.testing.flights import every_way
 from sweep.testing.promises import BROKEN, ELSEWHERE, KEPT, check_all
 from sweep.testing.subject import subject
+from sweep.trial.result import Result
+from sweep.trial.simulation import run
 from tests.cases import slow_but
 from tests.commands import sweep
 from tests.interpreter import interpreted
@@ -135,6 +142,14 @@ BAD: list[tuple[str, str, tuple[tuple[str, str], ...]]] = [
     (
         "allocation",
         "advance took 0 steps of 1",
+        (
+            marked(DEF),
+            ("if not observe(flock, world, record):", "if steps < 0:"),
+        ),
+    ),
+    (
+        "grid",
+        "advance took 0 steps of",
         (
             marked(DEF),
             ("if not observe(flock, world, record):", "if steps < 0:"),
@@ -325,18 +340,76 @@ IN_OTHER_PROCESSES = ("interpreter", "workers")
 """These take long. The command tries them too, with all others."""
 
 
+@pytest.fixture(scope="module")
+def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The file of the good model, which is compiled once for all promises."""
+    return written(tmp_path_factory.mktemp("good"))[0]
+
+
 @pytest.mark.parametrize(
     "promise",
     slow_but([one for one in PROMISES if one not in IN_OTHER_PROCESSES], PROMISES),
 )
-def test_a_good_model_keeps_it(promise: str, tmp_path: Path) -> None:
-    assert_keeps(written(tmp_path)[0], promise)
+def test_a_good_model_keeps_it(promise: str, good: Path) -> None:
+    assert_keeps(good, promise)
+
+
+@dataclass
+class OtherWorkers:
+    """What stands for workers: each of their results is that of `trial`."""
+
+    trial: Callable[[Job], Result]
+
+    def start(self) -> "OtherWorkers":
+        return self
+
+    def stop(self) -> None:
+        pass
+
+    def map(self, _run: object, jobs: Iterable[Job]) -> Iterator[Result]:
+        return map(self.trial, jobs)
+
+
+def elsewhere(job: Job) -> Result:
+    """The result of a trial of which a place is off by the last bit."""
+    result = run(job)
+    bodies = result.trajectory.copy()
+    bodies[-1, 0, 0] = np.nextafter(bodies[-1, 0, 0], math.inf)
+    return replace(result, trajectory=bodies)
+
+
+def lost(job: Job) -> Result:
+    """The result of a trial that fails elsewhere."""
+    return replace(run(job), status="failed", error="no room\nin line 3")
+
+
+@pytest.mark.parametrize(
+    ("trial", "words"),
+    [
+        (run, ""),
+        (elsewhere, "a trial has other positions in one process than in two (pre"),
+        (lost, "a trial is done in one process, but failed in two: no room (pre"),
+    ],
+)
+def test_results_of_workers_are_compared_with_those_of_this_process(
+    trial: Callable[[Job], Result], words: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """That worker processes have the same results is shown by tests/workers."""
+    monkeypatch.setattr(processes, "Loky", lambda _workers: OtherWorkers(trial))
+    if not words:
+        return assert_keeps("nanobot", "workers")
+    with pytest.raises(AssertionError) as broken:
+        assert_keeps("nanobot", "workers")
+    assert words in str(broken.value)
+    assert "draw only from rng" in str(broken.value)
+    return None
 
 
 FLOWN = ("calls", "grid", "restart", "motors", "symmetries", "reach")
 """Promises that are tried in flights, which need no compiler."""
 LONG = {
     "advance returns None",
+    "advance took 0 steps of 1",
     "in plain Python",
     "draw only from rng",
 }
