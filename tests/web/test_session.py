@@ -107,7 +107,9 @@ def test_looking_changes_nothing() -> None:
     assert watched.exact
 
 
-@pytest.mark.parametrize(("model", "preset"), builders.PRESETS)
+@pytest.mark.parametrize(
+    ("model", "preset"), slow_but(builders.LAST_PRESETS, builders.PRESETS)
+)
 def test_a_simulation_in_the_place_of_another_goes_on_as_that_would(
     model: str, preset: str
 ) -> None:
