@@ -86,6 +86,7 @@ def test_visits_are_not_drawn_while_obstacles_move() -> None:
     """And the page says why; a world at rest draws them."""
     session = short_run()
     session.draw(("coverage",))
+    session.follow(())  # metrics are compiled once more for obstacles that move
     session.change({"map": "random_obstacles", "n_obstacles": 3, "obstacle_speed": 1.0})
     with pytest.raises(
         SpecError, match="visits are not counted in a world with moving obstacles"
