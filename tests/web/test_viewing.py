@@ -8,7 +8,8 @@ import pytest
 from typer.testing import CliRunner
 
 from sweep.cli import app
-from sweep.errors import SpecError
+from sweep.cli.viewing import _chosen
+from sweep.errors import SpecError, UserError
 from sweep.web.server import PageServer
 from tests.own_models import MAPS, OTHER_RULE, edited, written
 from tests.studies import SMALL, launched
@@ -135,6 +136,15 @@ def test_the_command_shows_an_old_trial_by_the_code_of_then(
         assert show.state.job.known is now
         assert "places.py: another file now; the original code runs" in told[-1]
     assert viewed(str(spec), "--no-open").state.job.known is not now
+
+
+def test_a_model_may_be_that_of_a_file(tmp_path: Path) -> None:
+    """What the command shows, before anything is compiled for it."""
+    written(tmp_path)
+    state = _chosen(str(tmp_path / "drawn.py"), None, None, code=True)
+    assert state.job.model == "drawn"
+    with pytest.raises(UserError, match=r"drawn\.py"):
+        _chosen(str(tmp_path / "drawn.py"), None, None, code=False)
 
 
 @pytest.mark.slow
