@@ -81,8 +81,8 @@ SPECS["real"] = edited(
     ("study: small", "study: real"),
     (
         "separation_weight: [0.5, 1]",
-        "real:\n    ablate: {slow: {motor_lag: 3}, late: {sensing_delay: 3,"
-        " sensing_period: 2}, deaf: {radio_range: 30}}\n    leave_out: true",
+        "real:\n    ablate: {slow: {start_speed: 2}, loose: {cohesion_weight: 0.01,"
+        " cohesion_range: 40}, far: {separation_range: 30}}\n    leave_out: true",
     ),
 )
 SPECS["chained"] = (

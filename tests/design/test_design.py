@@ -74,7 +74,7 @@ def test_settings_are_plain_python_values_of_every_field() -> None:
 VALUES = st.lists(st.integers(1, 50), min_size=1, max_size=4, unique=True)
 
 
-@settings(deadline=None)
+@settings(deadline=None, max_examples=40)
 @given(VALUES, VALUES, VALUES)
 def test_product_has_the_order_of_itertools(
     n: list[int], steps: list[int], weights: list[int]
@@ -85,7 +85,7 @@ def test_product_has_the_order_of_itertools(
     assert rows(design) == list(product(n, steps, weights))
 
 
-@settings(deadline=None)
+@settings(deadline=None, max_examples=40)
 @given(VALUES, VALUES, st.integers(1, 50))
 def test_conditional_axis_agrees_with_a_loop(
     n: list[int], steps: list[int], limit: int

@@ -99,7 +99,7 @@ VALUE = {
 }
 
 
-@settings(deadline=None)
+@settings(deadline=None, max_examples=40)
 @given(st.fixed_dictionaries(VALUE), st.fixed_dictionaries(VALUE))
 def test_points_have_the_same_id_only_if_they_are_the_same(
     one: dict[str, float], other: dict[str, float]

@@ -55,7 +55,7 @@ CHOICES: dict[str, list[tuple[str, str]]] = {
 }
 
 
-@pytest.mark.parametrize("name", SIDES)
+@pytest.mark.parametrize("name", slow_but(["drawn", "ablated", "small"], SIDES))
 def test_every_number_of_a_comparison_is_that_of_sweep_compare(name: str) -> None:
     folder, (a, b) = results(name), SIDES[name]
     answer = told(folder, "compare", ("a", a), ("b", b), *CHOICES[name])

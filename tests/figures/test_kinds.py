@@ -20,10 +20,20 @@ from sweep.errors import ChoiceError, StoreError
 from sweep.figures import KINDS, Choices, FigureKind, Planned
 from sweep.figures.kinds import draw_figures, plan_figures
 from sweep.method import own_methods
+from sweep.methods.scaling import analysis as scaling
 from sweep.tables.stored_study import StoredStudy
 from tests.cases import slow_but
 from tests.plotted import SPECS, study
 from tests.studies import relaunch
+
+
+@pytest.fixture(autouse=True)
+def few_resamples(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A collapse is fitted to ten resamples and not to 200: its interval is not looked
+    at here.
+    """
+    few = partial(scaling.collapse, resamples=10)
+    monkeypatch.setattr(scaling, "collapse", few)
 
 
 def first_file(name: str, folder: Path, kind: str, **choices: object) -> Path:

@@ -42,7 +42,7 @@ def drawn(monkeypatch: pytest.MonkeyPatch):
         for module in (history_module, layout_module, runs_module):
             monkeypatch.setattr(module, "read_asked", lambda _study: asked)
         found: Figure = figure(study)
-        found.canvas.draw()
+        found.draw_without_rendering()
         return found
 
     return of

@@ -22,7 +22,7 @@ from tests.interpreter import interpreted
 from tests.kernels.test_differing import spreads
 from tests.trial import test_obstacles, test_wind
 
-STEPS, BEFORE = 9, 4
+STEPS, BEFORE = 6, 3
 COMPILED = ("nguyen2024", "aziel_chen2025")
 """Models whose kernels for robots are compiled for other fast tests already; with goals
 in turn that is another kernel, so only the last has them there.

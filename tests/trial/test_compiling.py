@@ -150,13 +150,10 @@ def test_the_layers_of_a_trial_are_those_that_its_flight_has(given: str) -> None
     assert made == GIVEN[given]
 
 
-def test_robots_are_another_kernel_which_is_known_not_to_be_compiled() -> None:
-    """A kernel is kept under the very classes that its arguments have."""
-    given = "motor_lag: 1, sensing_delay: 1"
-    study = read(SMALL.replace("n: 12", f"n: 12, {given}"))
-    job = Jobs(study, expand(study))[0]
-    warm(job)
-    assert compiling_seconds(job) == 0.0
+def classes_of(job: Job) -> set[type]:
+    """The classes of the arguments of a kernel, which are checked against those that
+    are known before there is a flight.
+    """
     model = job.known.models[job.model]
     flight = Simulation(job).flight
     given = flight.flock, flight.world, flight.params, flight.work, flight.record
@@ -164,7 +161,29 @@ def test_robots_are_another_kernel_which_is_known_not_to_be_compiled() -> None:
     named = Flock, World, model.params, Workspace, Record
     absent = LAYERS - (layers_of(job) or set())
     assert set(_named_tuples(named, absent)) == classes
+    return classes
+
+
+def test_robots_are_another_kernel_which_is_known_not_to_be_compiled() -> None:
+    """A kernel is kept under the very classes that its arguments have. That of a wind
+    is compiled for other tests too.
+    """
+    study = read(SMALL.replace("n: 12", "n: 12, wind_x: 1"))
+    job = Jobs(study, expand(study))[0]
+    warm(job)
+    assert compiling_seconds(job) == 0.0
+    model = job.known.models[job.model]
+    classes = classes_of(job)
+    assert is_kept(model.advance, classes)
     assert not is_kept(model.advance, classes | {Job})
+
+
+@pytest.mark.parametrize("given", ["motor_lag: 1", "motor_lag: 1, sensing_delay: 1"])
+def test_the_classes_of_a_kernel_are_known_without_a_flight(given: str) -> None:
+    study = read(SMALL.replace("n: 12", f"n: 12, {given}"))
+    classes = classes_of(Jobs(study, expand(study))[0])
+    assert Motors in classes
+    assert (Senses in classes) == ("sensing" in given)
 
 
 def test_a_plan_has_the_time_of_each_kernel_that_its_trials_need(

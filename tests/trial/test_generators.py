@@ -51,10 +51,10 @@ def test_trials_leave_nothing_in_memory() -> None:
     tracemalloc.start()
     try:
         for _ in range(2):
-            for _ in range(200):
+            for _ in range(100):
                 run(one)
             gc.collect()
             held.append(tracemalloc.get_traced_memory()[0])
     finally:
         tracemalloc.stop()
-    assert held[1] - held[0] < 200 * 600
+    assert held[1] - held[0] < 100 * 600

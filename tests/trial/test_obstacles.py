@@ -67,16 +67,14 @@ def flown(simulation: Simulation, steps: int) -> np.ndarray:
 
 MOVING = [name for name, model in MODELS.items() if model.occupancy is None]
 COMPILED = [
-    pytest.param(*one.values, speed, marks=one.marks)
-    if hasattr(one, "values")
-    else (one, speed)
-    for one in builders.COMPILED_AS_ROBOTS
+    (model, speed)
+    for model in MODELS
     for speed in (0.0, 1.0)
-    if speed == 0.0 or (one.values[0] if hasattr(one, "values") else one) in MOVING
+    if speed == 0.0 or model in MOVING
 ]
 
 
-@pytest.mark.parametrize(("model", "speed"), COMPILED)
+@pytest.mark.parametrize(("model", "speed"), slow_but([("nguyen2024", 1.0)], COMPILED))
 def test_every_model_flies_among_them_and_goes_on_with_the_same_bits(
     model: str, speed: float
 ) -> None:
@@ -107,9 +105,11 @@ def test_every_model_flies_among_them_and_goes_on_with_the_same_bits(
     assert moved.tolist() == ([True, False, True] if speed else [False] * 3)
 
 
-@pytest.mark.parametrize("model", slow_but(["nanobot", "dorsogna2006"], MODELS))
+@pytest.mark.parametrize(
+    "model", slow_but(["nguyen2024", "nanobot", "dorsogna2006"], MODELS)
+)
 def test_every_model_does_in_the_interpreter(model: str) -> None:
-    """Nothing is compiled there."""
+    """Nothing is compiled there. Obstacles at rest are another kernel."""
     code = (
         "from tests.trial import test_obstacles as t\n"
         f"for speed in {(0.0, 1.0) if model in MOVING else (0.0,)}:\n"
@@ -124,7 +124,10 @@ PUSHED = ("nguyen2024", "aziel_chen2025", "patel2023")
 """Models whose boids are pushed by obstacles, with twins that know polygons."""
 
 
-@pytest.mark.parametrize(("speed", "model"), [(0.0, PUSHED[0]), (1.0, PUSHED[0])])
+@pytest.mark.parametrize(
+    ("speed", "model"),
+    slow_but([(1.0, PUSHED[0])], [(0.0, PUSHED[0]), (1.0, PUSHED[0])]),
+)
 def test_a_flight_among_polygons_is_that_of_a_slow_twin(
     speed: float, model: str
 ) -> None:
@@ -143,6 +146,7 @@ def test_a_flight_among_polygons_is_that_of_a_slow_twin(
         np.testing.assert_allclose(found, slow, rtol=0, atol=1e-10)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("speed", "model"), [(0.0, PUSHED[0])])
 def test_without_polygons_boids_are_elsewhere(speed: float, model: str) -> None:
     """So that what they do is seen in the test before."""
@@ -200,6 +204,7 @@ def towards(**changes: Any) -> Job:
     return replace(job, obstacles=(disc, triangle))
 
 
+@pytest.mark.slow
 def test_events_and_metrics_of_a_frame_see_obstacles_where_they_are_then() -> None:
     """Whatever frames are measured together, and from a checkpoint too. The first frame
     is from before the boid was placed.
@@ -217,6 +222,14 @@ def test_events_and_metrics_of_a_frame_see_obstacles_where_they_are_then() -> No
     assert hits.tolist() == (np.arange(31) >= 6).astype(float).tolist()
     assert clearance[1:].tolist() == away[1:].tolist()
     assert depth[1:].tolist() == np.maximum(-away, 0)[1:].tolist()
+
+
+def test_they_do_in_the_interpreter() -> None:
+    """Both metrics are compiled once more for obstacles that move."""
+    interpreted(
+        "from tests.trial import test_obstacles as t\n"
+        "t.test_events_and_metrics_of_a_frame_see_obstacles_where_they_are_then()"
+    )
 
 
 @pytest.mark.parametrize("borders", ["torus", "bounded"])

@@ -4,6 +4,7 @@ and a launch of code that cannot run ends before anything is stored.
 
 from dataclasses import replace
 from pathlib import Path
+from unittest import SkipTest
 
 import pytest
 
@@ -23,6 +24,7 @@ from sweep.spec.study import parse_spec
 from sweep.store.shares import Share
 from sweep.tables.stored_study import StoredStudy
 from sweep.testing import beforehand
+from sweep.testing.subject import Subject
 from sweep.trial import probe
 from sweep.trial.result import Result
 from sweep.workers.executors import Serial
@@ -181,14 +183,44 @@ BLIND = ("return Sight(params.perception_range)", "return Sight(20.0)")
 UNPUBLISHED = ("publish(flock, others, work)", "pass")
 
 
+def test_a_launch_ends_before_any_work_where_a_promise_is_broken(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each time, and whatever another promise leaves out. What promises notice is
+    tested in tests/testing/test_promises.py.
+    """
+    given = {name: function.__name__ for name, function in beforehand.TRIED.items()}
+    assert given == {"calls": "calls", "grid": "grid", "reach": "reach"}
+
+    def leaving(_about: object) -> None:
+        raise SkipTest
+
+    def breaking(about: Subject) -> None:
+        raise AssertionError(f"{about.model.name} sees farther than it says")
+
+    # That these promises of vortex are kept may be noted already, with its kernels.
+    monkeypatch.setattr(beforehand, "check_once", lambda _code, check: check())
+    monkeypatch.setattr(beforehand, "TRIED", {"calls": leaving, "grid": breaking})
+    (tmp_path / "vortex.py").write_text(VORTEX)
+    (tmp_path / "own.yaml").write_text(OWN)
+    said = (
+        "^own.yaml:3: no trial runs, because the model does not meet a requirement: "
+        '"grid" of sweep check: vortex sees farther than it says$'
+    )
+    for _ in range(2):
+        with pytest.raises(SpecError, match=said):
+            launch(load_spec(tmp_path / "own.yaml"), tmp_path / "results", Serial())
+    assert not list(tmp_path.glob("**/*.parquet"))
+
+
+@pytest.mark.slow  # it compiles other models
 @pytest.mark.parametrize(
     ("edit", "said"),
     [
         (BLIND, r'"grid" of sweep check: .*vortex\.py, line \d+: .*sight must declare'),
-        pytest.param(
+        (
             UNPUBLISHED,
             r'"calls" of sweep check: .*vortex\.py, line \d+: .*call publish\(',
-            marks=pytest.mark.slow,  # it compiles another model
         ),
     ],
 )

@@ -252,7 +252,9 @@ def test_a_job_gives_the_same_bits_again_and_after_other_jobs(model: str) -> Non
         assert builders.bits(a_job) == first
 
 
+@pytest.mark.slow
 def test_jobs_give_the_same_bits_in_another_process() -> None:
+    """The fast test of it compares a speed of each: tests/trial/test_first_trial.py."""
     code = (
         "from tests.trial import test_trial as t\nfor model in t.MODELS:"
         " print(t.builders.bits(t.small(model)))"

@@ -38,6 +38,17 @@ def test_axe_finds_nothing_whatever_is_open(
     page.page.set_viewport_size({"width": width, "height": 844})
     everything_open(page)
     assert found(page.page) == []
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [1280, 390])
+def test_axe_finds_nothing_in_panels_and_dialogs(
+    opened: Open, scheme: str, width: int
+) -> None:
+    page = opened()
+    page.page.emulate_media(color_scheme=scheme)
+    page.page.set_viewport_size({"width": width, "height": 844})
+    everything_open(page)
     page.ask("boidsweep.view.panels.choose('watch')")
     assert found(page.page) == []
     for opener in ("Keys", "Choose metrics", "Copy as spec"):

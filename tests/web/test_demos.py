@@ -21,6 +21,7 @@ from sweep.web.encoding import frame
 from sweep.web.flight import KeptFlight, fly
 from sweep.web.live_show import Live
 from sweep.web.server import PageServer
+from tests.cases import slow_but
 from tests.web.chromium import PATIENCE, Opened
 from tests.web.test_axe import found
 from tests.web.test_going_on import copied
@@ -36,7 +37,7 @@ def test_every_spec_of_the_folder_is_a_demo() -> None:
     assert len(DEMOS) == 6
 
 
-@pytest.mark.parametrize("name", DEMOS)
+@pytest.mark.parametrize("name", slow_but(["flock", "maze"], DEMOS))
 def test_a_moving_picture_is_the_run_of_its_spec(name: str) -> None:
     """Its last frame is that of a launch, which takes all steps at once."""
     demo, picture = DEMOS[name], moving(name)

@@ -2,6 +2,7 @@
 runs.
 """
 
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from sweep.errors import ChoiceError, SpecError, UserError
 from sweep.store.lock import Lock
 from sweep.store.places import place_of
 from sweep.tables.stored_study import StoredStudy
+from sweep.web import launching
 from sweep.web.launching import Launcher, proposed, spec_like, stored_spec
 from tests.commands import sweep
 from tests.patience import PATIENCE
@@ -78,11 +80,28 @@ def stored(launcher: Launcher) -> StoredStudy:
     return StoredStudy("small", launcher.results)
 
 
+@pytest.mark.slow
 def test_what_a_launch_says_of_its_failure_is_told(launcher: Launcher) -> None:
     impossible = IMPOSSIBLE.replace("seed: 5", "seed: 5\non_error: stop")
     launcher.launch(impossible, launcher.proposed(impossible).digest)
     assert ended(launcher) != 0
     assert "failed" in launcher.state()["started"]["said"]
+
+
+@pytest.mark.parametrize("code", [0, 3])
+def test_the_end_of_what_a_process_said_is_told_where_it_failed(
+    launcher: Launcher, monkeypatch: pytest.MonkeyPatch, code: int
+) -> None:
+    """Of a process that is no sweep, and starts at once."""
+    ending = (
+        f"import sys; print('first\\nit failed', file=sys.stderr); sys.exit({code})"
+    )
+    monkeypatch.setattr(launching, "PROCESS", [sys.executable, "-S", "-c", ending])
+    launcher.launch(SMALL, launcher.proposed(SMALL).digest)
+    assert ended(launcher) == code
+    started = launcher.state()["started"]
+    assert started["code"] == code
+    assert started["said"] == ("it failed" if code else "")
 
 
 def test_a_launch_goes_on_without_the_page_until_it_is_stopped(

@@ -165,7 +165,7 @@ KEYS = st.sampled_from(
 )
 
 
-@settings(max_examples=60)
+@settings(max_examples=25)
 @given(st.sampled_from(sorted(MESSAGES)), st.dictionaries(KEYS, JSON, max_size=4))
 def test_anything_is_a_message_or_refused(kind: str, keys: dict[str, Any]) -> None:
     with suppress(MessageError):

@@ -22,7 +22,7 @@ from sweep.web.live_show import Live
 from sweep.web.page import STATIC
 from sweep.web.recording import recorded_run
 from sweep.web.running import simulation_of
-from sweep.web.state import begin
+from sweep.web.state import ViewState, begin
 from tests.web.scripts import printed
 
 SCRIPT = Template("""
@@ -66,11 +66,24 @@ class Told(NamedTuple):
     unit: float
 
 
+TOLD: dict[str, Told] = {}
+"""By model, of which CASES has one each."""
+
+
 def told(
     tmp_path: Path, model: str, preset: str, changes: dict[str, object]
 ) -> tuple[Told, Simulation]:
-    """A short run as the script tells it, and a simulation of it at its start."""
+    """A short run as the script tells it, and a simulation of it at its start. Tests
+    share what the script tells of a case.
+    """
     state = begin(model, preset).with_settings({**changes, "steps": 30})
+    if model not in TOLD:
+        TOLD[model] = tell(tmp_path, state)
+    return TOLD[model], simulation_of(state.job)
+
+
+def tell(tmp_path: Path, state: ViewState) -> Told:
+    """What the script tells of a run of this state."""
     greeting = Live(state).greeting()
     said = {message["type"]: message for message in greeting}
     run = recorded_run(fly("a/study", state.job, state.plots), said, state.as_text())
@@ -86,8 +99,7 @@ def told(
         span = right - left, bottom - top
         places.append([left + across / 65535 * span[0], top + along / 65535 * span[1]])
         units.append(max(span) / 65535)
-    found = Told(run, printed(script, tmp_path), np.array(places), max(units))
-    return found, simulation_of(state.job)
+    return Told(run, printed(script, tmp_path), np.array(places), max(units))
 
 
 @pytest.mark.parametrize(("model", "preset", "changes"), CASES)

@@ -86,6 +86,7 @@ def test_visits_are_not_drawn_while_obstacles_move() -> None:
     """And the page says why; a world at rest draws them."""
     session = short_run()
     session.draw(("coverage",))
+    session.follow(())  # metrics are compiled once more for obstacles that move
     session.change({"map": "random_obstacles", "n_obstacles": 3, "obstacle_speed": 1.0})
     with pytest.raises(
         SpecError, match="visits are not counted in a world with moving obstacles"
@@ -107,7 +108,9 @@ def test_looking_changes_nothing() -> None:
     assert watched.exact
 
 
-@pytest.mark.parametrize(("model", "preset"), builders.PRESETS)
+@pytest.mark.parametrize(
+    ("model", "preset"), slow_but(builders.LAST_PRESETS, builders.PRESETS)
+)
 def test_a_simulation_in_the_place_of_another_goes_on_as_that_would(
     model: str, preset: str
 ) -> None:

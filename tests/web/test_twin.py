@@ -16,6 +16,7 @@ from sweep.web.messages import Message
 from sweep.web.replaying import Replay
 from sweep.web.state import begin
 from sweep.web.twin import Twin
+from tests.cases import slow_but
 from tests.studies import launched
 
 SPEC = """
@@ -114,7 +115,7 @@ def some_message(chance: random.Random) -> Message:
     )
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", slow_but([0], range(3)))
 def test_both_frames_have_the_same_step_after_whatever_is_done(seed: int) -> None:
     chance, twin = random.Random(seed), presets()
     for _ in range(60):

@@ -8,9 +8,10 @@ import pytest
 from typer.testing import CliRunner
 
 from sweep.cli import app
-from sweep.errors import SpecError
+from sweep.cli.viewing import _chosen
+from sweep.errors import SpecError, UserError
 from sweep.web.server import PageServer
-from tests.own_models import OTHER_RULE, edited, written
+from tests.own_models import MAPS, OTHER_RULE, edited, written
 from tests.studies import SMALL, launched
 
 
@@ -119,6 +120,34 @@ def test_settings_are_given_on_the_command_line(
             viewed(*arguments)
 
 
+def test_the_command_shows_an_old_trial_by_the_code_of_then(
+    viewed: Callable[..., Any], tmp_path: Path, told: list[str]
+) -> None:
+    """With a map of one's own, which nothing compiles."""
+    (tmp_path / "places.py").write_text(MAPS)
+    spec = tmp_path / "spec.yaml"
+    spec.write_text(SMALL.replace("n: 12,", "n: 12, map: ./places.py,"))
+    study = launched(spec, tmp_path)
+    assert viewed(str(spec), "--no-open").state.job.settings["map"] == "pillar"
+    now = study.running(study.provenance)
+    edited(tmp_path, "9.0, 9.0, 1.0", "19.0, 19.0, 1.0")
+    for arguments in (("small",), ("small", study.plan["trial_id"][0].as_py())):
+        show = viewed(*arguments, "--no-open")
+        assert show.state.job.known is now
+        assert "places.py: another file now; the original code runs" in told[-1]
+    assert viewed(str(spec), "--no-open").state.job.known is not now
+
+
+def test_a_model_may_be_that_of_a_file(tmp_path: Path) -> None:
+    """What the command shows, before anything is compiled for it."""
+    written(tmp_path)
+    state = _chosen(str(tmp_path / "drawn.py"), None, None, code=True)
+    assert state.job.model == "drawn"
+    with pytest.raises(UserError, match=r"drawn\.py"):
+        _chosen(str(tmp_path / "drawn.py"), None, None, code=False)
+
+
+@pytest.mark.slow
 def test_the_command_shows_an_own_model_and_an_old_trial_by_the_code_of_then(
     viewed: Callable[..., Any], tmp_path: Path, told: list[str]
 ) -> None:
