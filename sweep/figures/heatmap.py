@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure, SubFigure
+from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
 from sweep.analysis import CONFIDENCE, equal, group_bounds
@@ -46,6 +47,10 @@ MOST_DRAWN = 12
 FEWEST_BINS = 3
 MOST_BINS = 12
 POINTS_A_BIN = 10
+HATCH = "////"
+UNRESOLVED = (
+    "hatched: the confidence interval is wider than all steps to adjacent cells"
+)
 LIGHT = 0.6
 HEIGHTS = (2.6, 2.6, 2.1, 1.75)
 """The height of a row of one to four panels, in inches."""
@@ -274,6 +279,8 @@ def _block(
         tidy_grid(panels, len(cells)), layout.facets, cells, values, strict=True
     ):
         _mesh(axes, panel, value, scale, colours=colours)
+        if value is panel.mean:
+            _hatch(axes, panel, scale(value))
         label_setting(layout.selection, layout.x, axes)
         label_setting(layout.selection, layout.y, axes, "y")
         axes.set(xlabel="", ylabel="")
@@ -323,6 +330,26 @@ def _mesh(
         rasterized=True,
         linewidth=0,
     )
+
+
+def _hatch(axes: Axes, cells: Cells, shade: Floats) -> None:
+    """Hatch the cells that are not resolved.
+
+    `shade` (rows, columns) is the lightness of cells, from 0 (dark) to 1.
+    """
+    for row, column in np.argwhere(~_resolved(cells)):
+        left, right = cells.x[column : column + 2]
+        low, high = cells.y[row : row + 2]
+        cell = Rectangle(
+            (left, low),
+            right - left,
+            high - low,
+            fill=False,
+            hatch=HATCH,
+            linewidth=0,
+            edgecolor="0.35" if shade[row, column] > LIGHT else "0.85",
+        )
+        axes.add_patch(cell)
 
 
 def _count(axes: Axes, cells: Cells, shade: Floats) -> None:
@@ -420,10 +447,15 @@ def _note(layout: Heatmap, table: pd.DataFrame, cells: list[Cells]) -> str:
         [panel.points[panel.points > 0] for panel in cells] or [np.zeros(1, np.int64)]
     )
     trials = table[f"{layout.metric}_n"]
+    hatched = any((~_resolved(panel)).any() for panel in cells)
+    hatches = f";\n{UNRESOLVED}" if hatched else ""
     if not layout.averages:
         text = "one point per cell, {n} trials per point"
         return layout.selection.note(
-            text, trials, "mean with 95 % confidence interval", [layout.metric]
+            text,
+            trials,
+            f"mean with 95 % confidence interval{hatches}",
+            [layout.metric],
         )
     mixed = ", ".join(name.replace("_", " ") for name in layout.mixed)
     text = (
@@ -432,7 +464,7 @@ def _note(layout: Heatmap, table: pd.DataFrame, cells: list[Cells]) -> str:
     )
     return layout.selection.note(
         f"{text}\n{{n}} trials per point, 95 % confidence interval of the mean over"
-        " points; white: no point",
+        f" points; white: no point{hatches}",
         trials,
         shown=[layout.metric],
     )

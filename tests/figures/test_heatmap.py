@@ -7,11 +7,16 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
 from sweep.analysis import by_point, mean_interval
 from sweep.errors import ChoiceError
 from sweep.figures import heatmap_figure, scatter_figure
+from sweep.figures.kinds import KINDS
+from sweep.figures.marks import FigureMarks
+from sweep.figures.planning import Choices
 from sweep.figures.scales import _apart, cell_edges
 from tests.plotted import ascending, made_up, shown, study, titles
 from tests.sampled import axis
@@ -55,8 +60,62 @@ def test_cells_of_a_grid_are_those_of_the_table() -> None:
     assert (
         shown(figure)
         == "grid: one point per cell, 3 trials per point, mean with 95 % confidence"
-        " interval"
+        " interval; hatched: the confidence interval is wider than all steps to"
+        " adjacent cells"
     )
+
+
+def hatched(figure: Figure) -> set[tuple[float, float]]:
+    """The middles of the hatched cells."""
+    return {
+        tuple(patch.get_center())
+        for axes in figure.axes
+        for patch in axes.patches
+        if isinstance(patch, Rectangle) and patch.get_hatch()
+    }
+
+
+def _marks_of_explorer(name: str) -> FigureMarks:
+    choices = Choices(("speed",), x="n", y="separation_weight")
+    marks = KINDS["heatmap"].marks(study(name), choices)
+    assert isinstance(marks, FigureMarks)
+    return marks
+
+
+def test_a_cell_is_hatched_where_its_neighbours_may_be_equal_to_it() -> None:
+    """As in the explorer, which draws the same cells. In the table the interval of such
+    a cell is wider than each step to a cell beside it.
+    """
+    figure = heatmap_figure(study("sized"), "speed", "n", "separation_weight")
+    table = by_point(study("sized").trials, ["n", "separation_weight"], ["speed"])
+    grid = table.set_index(["n", "separation_weight"])[["speed_high", "speed_low"]]
+    mean = table.pivot(index="separation_weight", columns="n", values="speed")
+    wide = (grid["speed_high"] - grid["speed_low"]).unstack(level="n")
+    steps = np.full(mean.shape, 0.0)
+    for row, column in np.ndindex(mean.shape):
+        beside = [(row - 1, column), (row + 1, column)]
+        beside += [(row, column - 1), (row, column + 1)]
+        steps[row, column] = max(
+            abs(mean.iat[place] - mean.iat[row, column])
+            for place in beside
+            if 0 <= place[0] < len(mean) and 0 <= place[1] < mean.shape[1]
+        )
+    wanted = np.argwhere(wide.to_numpy() > steps)
+    (panel,) = _marks_of_explorer("sized").panels
+    hidden = panel.marks[~panel.marks["resolved"]]
+    assert 0 < len(wanted) < mean.size
+    assert sorted(zip(hidden["row"], hidden["column"], strict=True)) == sorted(
+        map(tuple, wanted)
+    )
+    mesh = figure.axes[0].collections[0]
+    assert isinstance(mesh, QuadMesh)
+    corners = mesh.get_coordinates()
+    middles = {
+        tuple((corners[row, column] + corners[row + 1, column + 1]) / 2.0)
+        for row, column in wanted
+    }
+    assert hatched(figure) == middles
+    assert "hatched: the confidence interval is wider than" in shown(figure)
 
 
 def scales(figure: Figure) -> list[tuple[float, float]]:

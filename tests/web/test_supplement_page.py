@@ -10,6 +10,10 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Locator, Page
 
+from sweep.figures.kinds import KINDS
+from sweep.figures.marks import FigureMarks
+from sweep.figures.planning import Choices
+from sweep.tables.stored_study import StoredStudy
 from tests.explorer.supplements import FLOWN, content_of, written
 from tests.patience import PATIENCE
 from tests.searches import edited
@@ -22,7 +26,7 @@ GRID = edited(
         "separation_weight: [0.5, 1, 2]",
         "separation_weight: [0.5, 1, 2, 4]\n  alignment_weight: [0, 1, 2, 3]",
     ),
-    ("replicates: 4", "replicates: 2"),
+    ("replicates: 4", "replicates: 8"),
     ("steps: 60", "steps: 5"),
 )
 EVIL = "<img src=x onerror=alert(1)></script>"
@@ -36,9 +40,13 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def grid(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("page")
-    return written(launched(GRID, folder), folder / "grid.html")
+def gridded(tmp_path_factory: pytest.TempPathFactory) -> StoredStudy:
+    return launched(GRID, tmp_path_factory.mktemp("page"))
+
+
+@pytest.fixture(scope="module")
+def grid(gridded: StoredStudy) -> Path:
+    return written(gridded, gridded.store.folder.parent / "grid.html")
 
 
 @pytest.fixture
@@ -203,6 +211,21 @@ def test_the_marks_lie_where_the_numbers_say(
     for value, at in ends:
         part = (value - least) / (most - least)
         assert at == pytest.approx(low + part * (high - low), abs=1.5)
+
+
+def test_a_heatmap_has_the_hatched_cells_of_the_explorer(
+    shown: Callable[..., Page], grid: Path, gridded: StoredStudy
+) -> None:
+    marks_of_explorer = KINDS["heatmap"].marks(
+        gridded, Choices(("speed",), x="separation_weight", y="alignment_weight")
+    )
+    assert isinstance(marks_of_explorer, FigureMarks)
+    (panel,) = marks_of_explorer.panels
+    resolved = panel.marks.set_index(["column", "row"])["resolved"]
+    page = shown(grid)
+    hatched = marks(page).filter(has=page.locator("[fill='url(#hatching)']"))
+    assert 0 < hatched.count() < len(resolved)
+    assert hatched.count() == (~resolved).sum()
 
 
 def test_another_trial_of_a_point_can_be_picked(

@@ -302,8 +302,8 @@ export class Plotted {
     }
   }
 
-  // The metric as a colour over two settings. A cell is hatched if its interval has the
-  // means of all its neighbours in it.
+  // The metric as a colour over two settings. A cell is hatched as in the explorer: if
+  // its interval is wider than all steps to adjacent cells.
   drawHeatmap() {
     const { x, y, label } = this.data.figure;
     if (!x || !y) return;
@@ -352,14 +352,15 @@ export class Plotted {
   }
 
   /** @param {Mark} mark */
-  unresolved({ low, high, column, line }) {
-    if (low === null || high === null) return true;
-    const beside = this.marks.filter((other) =>
+  unresolved({ mean, low, high, column, line }) {
+    if (mean === null || low === null || high === null) return false;
+    const steps = this.marks.flatMap((other) =>
       Math.abs(other.column - column) + Math.abs(other.line - line) === 1 &&
-      other.mean !== null
+        other.mean !== null
+        ? [Math.abs(other.mean - mean)]
+        : []
     );
-    return beside.length > 0 &&
-      beside.every(({ mean }) => mean !== null && low <= mean && mean <= high);
+    return steps.length > 0 && high - low > Math.max(...steps);
   }
 
   // What the colours of a heatmap stand for.
