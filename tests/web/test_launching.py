@@ -96,6 +96,7 @@ def test_the_end_of_what_a_process_said_is_told_where_it_failed(
     ending = (
         f"import sys; print('first\\nit failed', file=sys.stderr); sys.exit({code})"
     )
+    monkeypatch.setattr(launching, "LAST_CHARACTERS", len("it failed\n"))
     monkeypatch.setattr(launching, "PROCESS", [sys.executable, "-S", "-c", ending])
     launcher.launch(SMALL, launcher.proposed(SMALL).digest)
     assert ended(launcher) == code

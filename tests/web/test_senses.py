@@ -6,6 +6,7 @@ import base64
 import json
 from itertools import combinations, pairwise
 from math import acos, degrees, hypot, pi, radians
+from operator import itemgetter
 from pathlib import Path
 from string import Template
 from typing import Any, NamedTuple
@@ -51,6 +52,7 @@ CASES: list[tuple[str, str, dict[str, object]]] = [
     ("rustamani2024", "as_run", {"n": 20, "fov": 120.0}),
     ("nanobot", "as_written", {"n": 40}),
 ]
+MODEL = itemgetter(0)
 TURN = 2 * pi / 256
 """The finest heading."""
 
@@ -64,22 +66,6 @@ class Told(NamedTuple):
     told: dict[str, Any]
     places: NDArray[np.float64]
     unit: float
-
-
-TOLD: dict[str, Told] = {}
-"""By model, of which CASES has one each."""
-
-
-def told(
-    tmp_path: Path, model: str, preset: str, changes: dict[str, object]
-) -> tuple[Told, Simulation]:
-    """A short run as the script tells it, and a simulation of it at its start. Tests
-    share what the script tells of a case.
-    """
-    state = begin(model, preset).with_settings({**changes, "steps": 30})
-    if model not in TOLD:
-        TOLD[model] = tell(tmp_path, state)
-    return TOLD[model], simulation_of(state.job)
 
 
 def tell(tmp_path: Path, state: ViewState) -> Told:
@@ -102,14 +88,25 @@ def tell(tmp_path: Path, state: ViewState) -> Told:
     return Told(run, printed(script, tmp_path), np.array(places), max(units))
 
 
-@pytest.mark.parametrize(("model", "preset", "changes"), CASES)
+@pytest.fixture(scope="module")
+def case(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Told, ViewState]:
+    """A short run as the script tells it, and its state at the start."""
+    model, preset, changes = request.param
+    state = begin(model, preset).with_settings({**changes, "steps": 30})
+    return tell(tmp_path_factory.mktemp("told"), state), state
+
+
+@pytest.mark.parametrize("case", CASES, ids=MODEL, indirect=True)
 def test_a_recording_tells_whom_boids_see_but_at_the_very_border(
-    tmp_path: Path, model: str, preset: str, changes: dict[str, object]
+    case: tuple[Told, ViewState],
 ) -> None:
     """Where script and kernel differ, the other boid is as near to the border of the
     range, or of the cone, as places and headings are fine.
     """
-    found, simulation = told(tmp_path, model, preset, changes)
+    found, state = case
+    simulation = simulation_of(state.job)
     seen_at_all = differing = 0
     for place, frame in enumerate(found.told["told"]):
         if place:
@@ -148,14 +145,14 @@ def _at_the_border(simulation: Simulation, boid: int, other: int, unit: float) -
     return degrees(off) <= degrees(TURN) + degrees(3 * unit / distance)
 
 
-@pytest.mark.parametrize(("model", "preset", "changes"), CASES[:2])
+@pytest.mark.parametrize("case", CASES[:2], ids=MODEL, indirect=True)
 def test_a_recording_tells_who_flocks_together(
-    tmp_path: Path, model: str, preset: str, changes: dict[str, object]
+    case: tuple[Told, ViewState],
 ) -> None:
     """By their places as recorded: all boids that are joined by pairs nearer than the
     range, named by the first of them.
     """
-    found, _ = told(tmp_path, model, preset, changes)
+    found, _ = case
     reach = found.recording["senses"]["flock_range"]
     sizes = set()
     for (x, y), frame in zip(found.places, found.told["told"], strict=True):
@@ -170,14 +167,15 @@ def test_a_recording_tells_who_flocks_together(
     assert len(sizes) > 2
 
 
-@pytest.mark.parametrize(("model", "preset", "changes"), [CASES[1], CASES[3]])
+@pytest.mark.parametrize("case", [CASES[1], CASES[3]], ids=MODEL, indirect=True)
 def test_a_recording_tells_what_was_visited(
-    tmp_path: Path, model: str, preset: str, changes: dict[str, object]
+    case: tuple[Told, ViewState],
 ) -> None:
     """Those of its places exactly; and nearly those that the kernels count, which know
     places better.
     """
-    found, simulation = told(tmp_path, model, preset, changes)
+    found, state = case
+    simulation = simulation_of(state.job)
     pixels = looking.pixels(simulation)
     blocked = looking.visits(simulation) < 0
     counts, room = np.zeros(blocked.shape, int), int(pixels.radius) + 2
