@@ -1,5 +1,6 @@
 """Figures: what they say, and that a repeat gives the same bytes."""
 
+import re
 from copy import copy
 from pathlib import Path
 
@@ -209,6 +210,18 @@ def test_every_format_has_the_same_bytes_again_and_says_what_it_shows(
     for value in ("small", about["Spec hash"], about["kernels_sha"], "6"):
         assert value.encode() in first
     assert {path.name for path in tmp_path.iterdir()} == {f"a.{name}", f"b.{name}"}
+
+
+def test_texts_are_texts_in_files_for_journals(figure: Figure, tmp_path: Path) -> None:
+    """Journals want fonts embedded as TrueType, and no outlines in place of texts."""
+    svg, pdf = save(figure, tmp_path / "speed", formats=["svg", "pdf"])
+    label = figure.axes[0].get_xlabel()
+    assert label
+    texts = re.findall(r"<text[^>]*>([^<]*)</text>", svg.read_text())
+    assert any(label in text for text in texts)
+    content = pdf.read_bytes()
+    assert b"/Type3" not in content
+    assert b"/CIDFontType2" in content  # TrueType
 
 
 @pytest.mark.parametrize("harm", ["no png", "no pdf", "torn png"])

@@ -62,7 +62,15 @@ def test_arrow_keys_go_from_cell_to_cell_and_enter_chooses(
     for key in ("Home", "ArrowRight", "ArrowRight", "ArrowUp", "ArrowLeft"):
         page.keyboard.press(key)
     tip = page.locator(".figure .tip").first
-    expect(tip).to_contain_text("of 3 trials")
+    # Where one is, the value with its interval, and of how many trials.
+    for words in (
+        "borders = torus",
+        "separation weight: 1",
+        "speed (px/step): ",
+        " (95 % confidence interval)",
+        "3 trials; click to list them",
+    ):
+        expect(tip).to_contain_text(words)
     page.keyboard.press("Enter")
     expect(page.locator("[aria-label=trials] h2")).to_contain_text(
         "separation weight 1"

@@ -1,6 +1,6 @@
 // A figure of a study: what is chosen, its panels, its note, and its command.
 
-import { make, short, spaced } from "./dom.js";
+import { make, short, spaced, unitText } from "./dom.js";
 import { ask, Refused } from "./ask.js";
 import { Dots, shade } from "./dots.js";
 import { Lines } from "./lines.js";
@@ -12,6 +12,7 @@ import { Region } from "./region.js";
  *   Choice,
  *   Dot,
  *   Figure,
+ *   FigureAxis,
  *   Panel,
  *   Published,
  *   StudyState,
@@ -334,7 +335,8 @@ export class FigurePanel {
     if (!dot) return;
     const published = this.published.filter(({ point }) => point === dot.point);
     const lines = published.map(({ value, where }) => `published: ${value}, ${where}`);
-    this.tip.textContent = [described(panel, dot), ...lines].join("\n");
+    const said = this.figure ? described(this.figure, panel, dot) : "";
+    this.tip.textContent = [said, ...lines].join("\n");
     const box = this.element.getBoundingClientRect();
     const most = box.width - this.tip.offsetWidth - 8;
     this.tip.style.left = `${Math.max(0, Math.min(at.x - box.left + 14, most))}px`;
@@ -349,18 +351,48 @@ function publishedLegend(published, form) {
   return `◇ a published number for the parameters of the point${coloured}`;
 }
 
-/** @param {Panel} panel @param {Dot} dot */
-function described({ x, y }, dot) {
+// Where a mark is and what it says: the panel, each parameter with its value, the metric
+// with its interval, and how many trials there are.
+/** @param {Figure} figure @param {Panel} panel @param {Dot} dot */
+function described(figure, { title, x, y, edges }, dot) {
+  const trials = `${dot.n} trials`;
+  const hint = "click to list them";
   if (dot.half !== undefined) {
-    const half = dot.half === null ? "" : ` ± ${short(dot.half, 3)}`;
+    const half = dot.half === null
+      ? ""
+      : ` ± ${short(dot.half, 2)} (95 % confidence interval)`;
     const many = dot.points === 1 ? "" : `, the mean of ${dot.points} points`;
-    return `${short(dot.y)}${half} of ${dot.n} trials${many}; click to list them`;
+    return [
+      title,
+      `${unitText(x.label)}: ${placeOfCell(x, edges[0], dot.column)}`,
+      `${unitText(y.label)}: ${placeOfCell(y, edges[1], dot.row)}`,
+      `${unitText(figure.by)}: ${short(dot.y, 3)}${half}`,
+      `${trials}${many}; ${hint}`,
+    ].filter(Boolean).join("\n");
   }
   const place = x.names.length ? x.names[Number(dot.x)] : short(dot.x);
-  const ends = dot.low === null ? "" : ` (${short(dot.low)} to ${short(dot.high)})`;
-  return `${x.label} ${place}\n${y.label} ${
-    short(dot.y)
-  }${ends}\n${dot.n} trials; click to list them`;
+  const ends = dot.low === null
+    ? ""
+    : ` (95 % confidence interval ${short(dot.low, 3)} to ${short(dot.high, 3)})`;
+  return [
+    title,
+    figure.by && figure.values.length > 0
+      ? `${unitText(figure.by)}: ${figure.values[dot.colour]}`
+      : "",
+    `${unitText(x.label)}: ${place}`,
+    `${unitText(y.label)}: ${short(dot.y, 3)}${ends}`,
+    `${trials}; ${hint}`,
+  ].filter(Boolean).join("\n");
+}
+
+// The value of a cell along an axis, or the ends of a bin.
+/** @param {FigureAxis} axis @param {number[]} edges @param {number} place */
+function placeOfCell(axis, edges, place) {
+  if (axis.names.length) return axis.names[place];
+  const { [place]: listed } = axis.listed;
+  return listed === undefined
+    ? `${short(edges[place])} to ${short(edges[place + 1])}`
+    : short(listed);
 }
 
 /**
