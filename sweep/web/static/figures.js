@@ -351,8 +351,8 @@ function publishedLegend(published, form) {
   return `◇ a published number for the parameters of the point${coloured}`;
 }
 
-// Where a mark is and what it says: the panel, each parameter with its value, the metric
-// with its interval, and how many trials there are.
+// Where a mark is and what it says: panel, parameters, the metric with its interval, and
+// the number of trials.
 /** @param {Figure} figure @param {Panel} panel @param {Dot} dot */
 function described(figure, { title, x, y, edges }, dot) {
   const trials = `${dot.n} trials`;
