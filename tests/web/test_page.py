@@ -785,6 +785,33 @@ def test_a_setting_marked_to_be_swept_is_an_axis_of_the_copied_spec(
     assert found == np.linspace(low, high, 4).tolist()
 
 
+def test_the_copied_spec_has_the_name_and_the_replicates_that_are_wanted(
+    opened: Open,
+) -> None:
+    page = opened()
+    page.page.get_by_role("button", name="Copy as spec").click()
+    text = page.page.get_by_label("spec.yaml")
+    before = parse_spec(text.input_value())
+    box = page.page.get_by_role("dialog")
+    name = box.get_by_label("study", exact=True)
+    replicates = box.get_by_label("replicates", exact=True)
+    assert name.input_value() == before.name
+    assert replicates.input_value() == "1"
+    name.fill("my/cafeteria")
+    name.press("Enter")
+    replicates.fill("12")
+    replicates.press("Enter")
+    page.until("document.activeElement.value === '12'")
+    after = parse_spec(text.input_value())
+    assert (after.name, after.replicates) == ("my/cafeteria", 12)
+    assert page.ask("navigator.clipboard.readText()") == text.input_value()
+    ids = [expand(study).base for study in (before, after)]
+    assert ids[0] == ids[1]
+    name.fill("")
+    name.press("Enter")
+    page.until("document.activeElement.value === 'my/cafeteria'")
+
+
 def test_a_map_a_preset_and_a_seed_are_picked(opened: Open) -> None:
     page = opened()
     page.page.get_by_label("map", exact=True).select_option("narrow_corridor")

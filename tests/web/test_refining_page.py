@@ -205,6 +205,9 @@ def test_the_simulator_launches_what_it_shows(opened: Open, folder: Path) -> Non
         page.evaluate("boidsweep.view.send({ type: 'set', name: 'steps', value: 5 })")
         page.get_by_role("button", name="Copy as spec").click()
         expect(page.locator("dialog .difference")).to_contain_text("1 trial to run")
+        page.get_by_label("replicates", exact=True).fill("2")
+        page.get_by_label("replicates", exact=True).press("Enter")
+        expect(page.locator("dialog .difference")).to_contain_text("2 trials to run")
         page.locator("dialog .launches button.primary").click()
         expect(page.locator("dialog .said")).to_contain_text("is running")
         assert launcher.started
@@ -212,7 +215,7 @@ def test_the_simulator_launches_what_it_shows(opened: Open, folder: Path) -> Non
         expect(page.locator("dialog .said")).to_contain_text("has finished")
         with page.context.expect_page() as following:
             page.get_by_role("link", name="Follow the launch in the explorer").click()
-        expect(following.value.locator(".counts")).to_contain_text("1 done")
+        expect(following.value.locator(".counts")).to_contain_text("2 done")
     assert launcher.leave() == ""
     assert (folder / "new.yaml").read_text().startswith("study: view/nguyen2024-")
 

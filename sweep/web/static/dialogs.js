@@ -26,6 +26,10 @@ export function dialog(root, title, ...children) {
 }
 
 const COMMAND = "sweep launch spec.yaml";
+// The line of a key at the top of a spec: the key, its plain value, and a comment.
+/** @param {string} key */
+const lineOf = (key) =>
+  new RegExp(`^(${key}:[ \\t]*)([^\\s#{[]+)([ \\t]*(?:#.*)?)$`, "m");
 
 export class SpecDialog {
   /**
@@ -49,6 +53,8 @@ export class SpecDialog {
       "aria-label": "spec.yaml",
     });
     this.note = make("p", { role: "status" });
+    this.name = this.field("study", { type: "text", spellcheck: false });
+    this.replicates = this.field("replicates", { type: "text", inputMode: "numeric" });
     const copy = button("copy", "Copy", () => this.copy(), "Copy", {
       className: "primary",
     });
@@ -62,11 +68,56 @@ export class SpecDialog {
       root,
       "This state as a spec",
       this.note,
+      make(
+        "div",
+        { className: "keys-of-spec" },
+        this.name.label,
+        this.replicates.label,
+      ),
       this.text,
       this.usual,
       ...(launches ? [launches.element] : []),
       make("footer", {}, copy, save, ...(address ? [this.link(address)] : [])),
     );
+  }
+
+  // A key of the spec that can be changed here: its value goes into the text.
+  /** @param {string} key @param {Record<string, string | number | boolean>} about */
+  field(key, about) {
+    const input = make("input", {
+      ...about,
+      on: { change: () => this.write(key, input.value.trim()) },
+    });
+    const label = make("label", {}, key, input);
+    return { input, label };
+  }
+
+  /** @param {string} key @param {string} value */
+  write(key, value) {
+    if (!value) return this.read();
+    const plain = /^([A-Za-z][\w./-]*|\d+)$/.test(value)
+      ? value
+      : JSON.stringify(value);
+    this.text.value = this.text.value.replace(
+      lineOf(key),
+      (_, before, __, after) => `${before}${plain}${after}`,
+    );
+    this.copy();
+    this.offer(this.text.value);
+  }
+
+  // What the text says of the keys; a spec may have a rule in place of a number.
+  read() {
+    for (
+      const [key, { input, label }] of Object.entries({
+        study: this.name,
+        replicates: this.replicates,
+      })
+    ) {
+      const found = lineOf(key).exec(this.text.value);
+      label.hidden = !found;
+      input.value = found?.[2] ?? "";
+    }
   }
 
   // An address that opens this state again, while a server is at this port.
@@ -82,6 +133,7 @@ export class SpecDialog {
   /** @param {Spec} spec @param {boolean} sweeps */
   show({ yaml, trial, exact, note }, sweeps) {
     this.text.value = yaml;
+    this.read();
     const given = sweeps ? "Without the sweep, a launch" : "A launch";
     const which = trial ? ` as ${trial}` : "";
     this.words = exact ? `${given} reproduces these frames${which}.` : note;

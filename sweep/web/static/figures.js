@@ -351,8 +351,7 @@ function publishedLegend(published, form) {
   return `◇ a published number for the parameters of the point${coloured}`;
 }
 
-// Where a mark is and what it says: panel, parameters, the metric with its interval, and
-// the number of trials.
+// Where a mark is, its metric with an interval, and the number of trials.
 /** @param {Figure} figure @param {Panel} panel @param {Dot} dot */
 function described(figure, { title, x, y, edges }, dot) {
   const trials = `${dot.n} trials`;
