@@ -790,6 +790,7 @@ def test_the_copied_spec_has_the_name_and_the_replicates_that_are_wanted(
 ) -> None:
     page = opened()
     page.page.get_by_role("button", name="Copy as spec").click()
+    page.page.get_by_text("A launch reproduces these frames").wait_for()
     text = page.page.get_by_label("spec.yaml")
     before = parse_spec(text.input_value())
     box = page.page.get_by_role("dialog")
@@ -801,7 +802,9 @@ def test_the_copied_spec_has_the_name_and_the_replicates_that_are_wanted(
     name.press("Enter")
     replicates.fill("12")
     replicates.press("Enter")
-    page.until("document.activeElement.value === '12'")
+    page.until(
+        "navigator.clipboard.readText().then((text) => text.includes('replicates: 12'))"
+    )
     after = parse_spec(text.input_value())
     assert (after.name, after.replicates) == ("my/cafeteria", 12)
     assert page.ask("navigator.clipboard.readText()") == text.input_value()
