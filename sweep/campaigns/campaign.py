@@ -136,7 +136,9 @@ class _Campaign(Generic[P]):
 
     def run(self, *, retry: bool) -> None:
         """Run round after round, then merge the parts."""
-        self.stored = StoredTrials(self.store, self.strategy.looks_at, retry=retry)
+        self.stored = StoredTrials(
+            self.store, self.strategy.looks_at, known=self.study.known, retry=retry
+        )
         self.progress.apart = len(self.stored.table)
         if self.strategy.grows:
             checkpointed = self.checkpoints.trials()

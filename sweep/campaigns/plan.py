@@ -59,7 +59,7 @@ def _compiling_seconds(study: Study) -> float:
 def _earlier(study: Study, store: Store) -> Earlier:
     """Return the stored trials from which missing trials of a study would resume."""
     jobs = Jobs(study, expand(study))
-    stored = StoredTrials(store, (), retry=False)
+    stored = StoredTrials(store, (), known=study.known, retry=False)
     ids = jobs.ids()
     recordings = others_stored(store, study)
     missing = _missing(stored, jobs, ids)

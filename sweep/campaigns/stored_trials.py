@@ -10,10 +10,11 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
+from kernels.catalogue import Catalogue
 from sweep.design import NO_IDS, Ids, KnownIds, as_texts, packed
 from sweep.spec import ProfilePoint
 from sweep.store import AT, Store, give_back, trial_metrics, values_at
-from sweep.tables import checked_numbers
+from sweep.tables import checked, checked_numbers
 from sweep.trial import FAILED, Result
 
 
@@ -34,7 +35,12 @@ class StoredTrials:
     """
 
     def __init__(
-        self, store: Store, values: Sequence[str | ProfilePoint], *, retry: bool
+        self,
+        store: Store,
+        values: Sequence[str | ProfilePoint],
+        *,
+        known: Catalogue,
+        retry: bool,
     ) -> None:
         columns = [value for value in values if isinstance(value, str)]
         self.points = [value for value in values if isinstance(value, ProfilePoint)]
@@ -47,7 +53,7 @@ class StoredTrials:
         for name in columns:
             if name not in table.column_names:
                 table = table.append_column(name, pa.nulls(len(table)))
-        for name, column in self._stored_points(store, ids).items():
+        for name, column in self._stored_points(store, ids, known).items():
             table = table.append_column(name, column)
         kinds = {"status": pa.string()} | dict.fromkeys(map(str, values), pa.float64())
         self.schema = pa.schema(kinds)
@@ -59,15 +65,18 @@ class StoredTrials:
             self.final = self.done
         self._begin(NO_IDS)
 
-    def _stored_points(self, store: Store, ids: pa.ChunkedArray) -> dict[str, pa.Array]:
+    def _stored_points(
+        self, store: Store, ids: pa.ChunkedArray, known: Catalogue
+    ) -> dict[str, pa.Array]:
         """Return the values of the stored trials at the points of profiles."""
         if not self.points:
             return {}
         profiles = dict.fromkeys(point.profile for point in self.points)
         named = [name for each in profiles for name in (each, f"{each}{AT}")]
         table = store.read("profiles", columns=["trial_id"], optional=named)
-        known = KnownIds.of_column(table["trial_id"].cast(pa.string()))
-        places = known.places_of_column(ids)
+        table = checked(store.folder.name, "profiles", table, known)
+        stored = KnownIds.of_column(table["trial_id"].cast(pa.string()))
+        places = stored.places_of_column(ids)
         rows = pa.array(places, mask=places < 0)
         return {
             str(point): pa.array(values_at(point, table)).take(rows)

@@ -202,12 +202,11 @@ def _transition(study: StoredStudy, transition: Transition) -> Measured:
 
 def _posterior(study: StoredStudy, quantity: CalibratedParameter) -> Measured:
     try:
-        estimate = posterior_estimate(study, quantity.parameter)
+        estimate, trials = posterior_estimate(study, quantity.parameter)
     except (ChoiceError, StoreError) as error:
         raise MeasureError(str(error)) from None
-    done = study.trials["status"] == "done"
-    words = f"{done.sum():,} in {len(estimate.draws):,} kept simulations"
-    return Measured(estimate, words, int(done.sum()), int((~done).sum()))
+    words = f"{trials:,}, and {len(estimate.draws):,} simulations kept"
+    return Measured(estimate, words, trials, 0)
 
 
 def _called(

@@ -79,6 +79,7 @@ from .maps import shape_as_written as shape_as_written
 from .mistakes import Mistakes as Mistakes
 from .point_tables import TABLE as TABLE
 from .polygons import polygon_as_written as polygon_as_written
+from .profiles import USUAL_BINS as USUAL_BINS
 from .profiles import ProfilePoint as ProfilePoint
 from .profiles import RecordedProfile as RecordedProfile
 from .profiles import written_profiles as written_profiles

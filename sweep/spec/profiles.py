@@ -17,6 +17,8 @@ from sweep.spec.schema_parts import Schema
 from sweep.text import unknown
 
 MOST_BINS = 1000
+USUAL_BINS = 30
+"""Values along an axis that a spec does not divide; boxes have fewer."""
 ANY_PROFILE = next(iter(PROFILES))
 """A profile for examples."""
 

@@ -10,11 +10,10 @@ from kernels.flight import Flight
 from kernels.metrics.parts import members
 from kernels.profiles import BINNED, Passage, Profile
 from sweep.design import Job
-from sweep.spec import TORUS, RecordedProfile
+from sweep.spec import TORUS, USUAL_BINS, RecordedProfile
 from sweep.trial.result import ProfileValues
 
 Floats = NDArray[np.float64]
-BINS = 30
 BOX_BINS = 9
 """Usual numbers of values along an axis; the largest box is a quarter of the world."""
 
@@ -130,7 +129,7 @@ def _axis_of(
     frames : int
         Number of averaged frames.
     """
-    bins = recorded.bins or (BOX_BINS if profile.axis == "box side" else BINS)
+    bins = recorded.bins or (BOX_BINS if profile.axis == "box side" else USUAL_BINS)
     if profile.axis == "distance":
         return np.linspace(0.0, recorded.to or 0.5 * min(sides), bins + 1)
     if profile.axis == "wave number":

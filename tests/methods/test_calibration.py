@@ -558,7 +558,7 @@ def test_a_spec_with_the_section_is_valid() -> None:
         ("[speed], pop", "{speed: {at: [1]}}, pop", "must be mean, sd, or a prob"),
         ("[speed], pop", "{pair_distribution: {at: [1]}}, pop", "is not recorded"),
         ("[speed], pop", "{pair_distribution: {att: [1]}}, pop", 'did you mean "at"'),
-        ("[speed], pop", "{pair_distribution: {at: [-1]}}, pop", "a number from 0"),
+        ("[speed], pop", "{pair_distribution: {at: [0]}}, pop", "a number above 0"),
         ("[speed], pop", "{directional_delay: {at: [1]}}, pop", "are individuals"),
         ("population: 200", "population: 2", "an integer from 50"),
         (
@@ -595,12 +595,23 @@ def test_a_mistake_is_said_with_its_line(old: str, new: str, message: str) -> No
 
 
 def test_a_position_beyond_the_axis_is_a_mistake() -> None:
-    with pytest.raises(SpecError, match="along pair_distribution, which ends at 3"):
-        parse_spec(OF_PROFILE.replace("at: [1.5]", "at: [1.5, 3.5]"))
+    # 30 bins of 0.1, with the values at their centres.
+    for at in (0.04, 2.96):
+        with pytest.raises(SpecError, match=r"whose values are from 0\.05 to 2\.95"):
+            parse_spec(OF_PROFILE.replace("at: [1.5]", f"at: [1.5, {at}]"))
     read = YAML(typ="safe", pure=True).load(OF_PROFILE)
     VALIDATOR.validate(read)
     read["calibrate"]["summaries"]["pair_distribution"]["at"] = []
     assert not VALIDATOR.is_valid(read)
+
+
+def test_a_derived_metric_with_the_name_of_a_profile_is_a_metric() -> None:
+    derived = "derive: {pair_distribution: 1 - polarization}, metrics: [speed]"
+    spec = FIT.replace("metrics: [speed]", derived)
+    for summaries in ("[pair_distribution]", "{pair_distribution: mean}"):
+        study = parse_spec(spec.replace("[speed], pop", f"{summaries}, pop"))
+        rule = study.sections["calibrate"]
+        assert rule.summaries == (Summary("pair_distribution", "mean"),)
 
 
 def test_all_mistakes_are_reported_together() -> None:
@@ -648,6 +659,12 @@ def test_data_without_a_value_of_a_profile_are_refused(
         launch(study, tmp_path, Serial())
     again = parse_spec(DATA.replace("every: 1", PROFILED))
     launch(again, tmp_path, Serial())
+    replace_trials(monkeypatch, normal)
+    apart = DATA.replace("study: data", "study: apart").replace("every: 1", PROFILED)
+    launch(parse_spec(apart), tmp_path, Serial())
+    without = parse_spec(OF_PROFILE.replace("to: data", "to: apart"))
+    with pytest.raises(SpecError, match="no trial of apart has pair_distribution"):
+        launch(without, tmp_path, Serial())
     beyond = parse_spec(OF_PROFILE.replace("at: [1.5]", "at: [0.25]"))
     with pytest.raises(SpecError, match=r"from 0\.5 to 2\.5 in data, so .* at 0\.25"):
         launch(beyond, tmp_path, Serial())

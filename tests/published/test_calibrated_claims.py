@@ -43,10 +43,10 @@ claims:
 
 
 def normal(draws: int) -> PosteriorEstimate:
-    """Quantiles of a standard normal posterior, from a prior of -5 to 5."""
+    """Quantiles of a standard normal posterior."""
     probabilities = (np.arange(draws) + 0.5) / draws
     weights = np.full(draws, 1.0 / draws)
-    return PosteriorEstimate(norm.ppf(probabilities), weights, np.linspace(-5, 5, 11))
+    return PosteriorEstimate(norm.ppf(probabilities), weights)
 
 
 def test_the_interval_is_that_of_the_posterior() -> None:
@@ -57,14 +57,17 @@ def test_the_interval_is_that_of_the_posterior() -> None:
         high = norm.ppf(0.5 + confidence / 2.0)
         # Between two of 2,000 quantiles the bound is on a straight line.
         assert estimate.interval(confidence) == pytest.approx((-high, high), abs=1e-3)
-    assert estimate.grown(100.0) is estimate
+    assert estimate.grown(100.0).interval(0.95) == estimate.interval(0.95)
 
 
-def test_a_tail_without_a_draw_reaches_to_the_ends_of_the_prior() -> None:
-    assert normal(100).interval(0.99) == (-5.0, 5.0)
-    assert normal(500).interval(0.99) != (-5.0, 5.0)
-    assert normal(39).testable
-    assert not normal(38).testable
+def test_a_tail_without_a_draw_has_no_bound_and_more_draws_may_tell() -> None:
+    few = normal(100)
+    assert few.interval(0.99) == (-np.inf, np.inf)
+    assert np.isfinite(normal(500).interval(0.99)).all()
+    verdict = judge(few, Within(-9.0, 9.0), family=5, trials=100)
+    assert (verdict.status, verdict.weak) == ("undecided", True)
+    # The tail of 0.5 % has one of 199 draws.
+    assert verdict.needed == 200
 
 
 def test_verdicts_follow_from_the_credible_interval() -> None:
@@ -98,6 +101,9 @@ def test_a_claim_on_a_parameter_is_judged(tmp_path: Path) -> None:
     (of_study,) = expected.to_dict("records")
     assert row.measured.estimate.value == pytest.approx(of_study["mean"], rel=1e-12)
     assert row.verdict.interval == pytest.approx((of_study["low"], of_study["high"]))
+    # 60 draws from the prior and a generation of 50, of 3 trials each.
+    assert (row.measured.used, row.measured.left_out) == (330, 0)
+    assert row.measured.trials.startswith("330, and ")
 
 
 def test_what_is_not_calibrated_has_no_posterior(tmp_path: Path) -> None:
@@ -105,7 +111,7 @@ def test_what_is_not_calibrated_has_no_posterior(tmp_path: Path) -> None:
         measure(
             {"fit": study("small")}, CalibratedParameter("fit", "separation_weight"), {}
         )
-    with pytest.raises(ChoiceError, match="unknown calibrated parameter"):
+    with pytest.raises(ChoiceError, match="unknown calibrated number"):
         posterior_estimate(study("calibrated"), "noise")
     for old, new, message in (
         ("spec: fit", "spec: small", 'has no "calibrate"'),

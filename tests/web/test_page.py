@@ -810,9 +810,20 @@ def test_the_copied_spec_has_the_name_and_the_replicates_that_are_wanted(
     assert page.ask("navigator.clipboard.readText()") == text.input_value()
     ids = [expand(study).base for study in (before, after)]
     assert ids[0] == ids[1]
-    name.fill("")
+    # What is not allowed is not written; a number stays a name, and can be changed.
+    for given, then in (("", "my/cafeteria"), ("a name", "my/cafeteria"), ("7", "7")):
+        name.fill(given)
+        name.press("Enter")
+        page.until(f"document.activeElement.value === '{then}'")
+        assert parse_spec(text.input_value()).name == then
+    name.fill("mine")
     name.press("Enter")
-    page.until("document.activeElement.value === 'my/cafeteria'")
+    page.until("document.querySelector('dialog textarea').value.includes('mine')")
+    assert parse_spec(text.input_value()).name == "mine"
+    replicates.fill("1e3")
+    replicates.press("Enter")
+    page.page.get_by_text("an integer from 1").wait_for()
+    assert parse_spec(text.input_value()).replicates == 12
 
 
 def test_a_map_a_preset_and_a_seed_are_picked(opened: Open) -> None:

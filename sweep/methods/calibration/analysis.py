@@ -159,13 +159,13 @@ class PosteriorEstimate:
         Kept draws of the parameter.
     weights : array of float, shape (n,)
         With the sum 1.
-    prior : array of float, shape (m,)
-        Draws from the prior.
+    times : float, default 1
+        Number of independent draws as a multiple of the draws here.
     """
 
     draws: Floats
     weights: Floats
-    prior: Floats
+    times: float = 1.0
 
     @property
     def value(self) -> float:
@@ -175,12 +175,12 @@ class PosteriorEstimate:
     @property
     def effective(self) -> float:
         """Effective number of draws (Kish)."""
-        return float(1.0 / (self.weights**2).sum())
+        return self.times / float((self.weights**2).sum())
 
     @property
     def testable(self) -> bool:
-        """True if the independent draws are enough for a 95 % credible interval."""
-        return self.effective + 1.0 >= 2.0 / (1.0 - LEVEL)
+        """True: where draws are too few, the interval has no bounds."""
+        return True
 
     def interval(
         self,
@@ -190,7 +190,7 @@ class PosteriorEstimate:
         """Return the bounds of the equal-tailed credible interval.
 
         A tail with less probability than one of the independent draws is unknown. The
-        interval then reaches to the ends of the prior.
+        interval then has no bounds.
 
         Parameters
         ----------
@@ -200,18 +200,20 @@ class PosteriorEstimate:
         """
         tails = _ends(confidence)
         if tails[0] * (self.effective + 1.0) < 1.0:
-            return float(self.prior.min()), float(self.prior.max())
+            return -np.inf, np.inf
         low, high = quantiles(self.draws, self.weights, tails)
         return low, high
 
-    def grown(self, times: float) -> "PosteriorEstimate":  # noqa: ARG002
-        """Return this estimate: more simulations add nothing to the data.
+    def grown(self, times: float) -> "PosteriorEstimate":
+        """Return the same posterior, with `times` as many independent draws.
+
+        More simulations tell the tails, but nothing more of the data.
 
         Parameters
         ----------
         times : float
         """
-        return self
+        return PosteriorEstimate(self.draws, self.weights, self.times * times)
 
 
 def is_calibrated(study: StoredStudy) -> bool:
@@ -248,7 +250,7 @@ def described(study: StoredStudy) -> dict[str, Any]:
     try:
         columns = columns_of(study.about.record)
         check_description(description, columns, study.known.profiles)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise StoreError(f"{file}: {error}; {AGAIN}") from error
     return description
 
@@ -277,8 +279,9 @@ def check_description(
         statistic = summary.statistic
         if statistic not in STATISTICS and not 0.0 < float(statistic) < 1.0:
             raise ValueError(f"there is no statistic {statistic}")
-        if summary.at is not None and not 0.0 <= float(summary.at) < np.inf:
-            raise ValueError(f"there is no position {summary.at}")
+        at = summary.at
+        if at is not None and (type(at) not in (int, float) or not 0.0 < at < np.inf):
+            raise ValueError("a summary has a position that is no number above 0")
     for name, prior in rule.priors.items():
         if prior.form not in DISTRIBUTIONS:
             raise ValueError(f"{name} has no distribution {prior.form}")
@@ -634,8 +637,12 @@ class StoredSimulations:
         return pd.DataFrame(rows, columns=[*self.rule.priors])
 
 
-def posterior_estimate(study: StoredStudy, parameter: str) -> PosteriorEstimate:
-    """Return the posterior of a parameter of a calibrated study.
+def posterior_estimate(
+    study: StoredStudy, parameter: str
+) -> tuple[PosteriorEstimate, int]:
+    """Return the posterior of a parameter, and the number of trials behind it.
+
+    The trials of synthetic data sets do not count.
 
     Parameters
     ----------
@@ -646,22 +653,19 @@ def posterior_estimate(study: StoredStudy, parameter: str) -> PosteriorEstimate:
     Raises
     ------
     ChoiceError
-        The spec has no `calibrate`, or the parameter is not calibrated.
+        The spec has no `calibrate`, or no such parameter with numbers.
     StoreError
         The plan is damaged, or no simulation has all summaries.
     """
     estimates = posterior(study, checked=False)
-    drawn = estimates.simulated
-    if parameter not in estimates.rule.priors:
-        raise ChoiceError(
-            unknown("calibrated parameter", parameter, estimates.rule.priors),
-            study.name,
-        )
-    return PosteriorEstimate(
+    numbers = estimates.parameters["parameter"].tolist()
+    if parameter not in numbers:
+        raise ChoiceError(unknown("calibrated number", parameter, numbers), study.name)
+    estimate = PosteriorEstimate(
         estimates.draws[parameter].to_numpy(np.float64),
         estimates.draws["weight"].to_numpy(np.float64),
-        drawn.loc[drawn["generation"] == PRIOR, parameter].to_numpy(np.float64),
     )
+    return estimate, estimates.simulations * estimates.rule.replicates
 
 
 def is_number(values: "pd.Series[Any]") -> bool:

@@ -3,6 +3,7 @@
 All functions raise SpecError, with file and line, for values that are not allowed.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -17,6 +18,7 @@ from sweep.spec import (
     ANY_METRIC,
     DISTRIBUTIONS,
     SAMPLERS,
+    USUAL_BINS,
     Axis,
     Entry,
     Key,
@@ -63,7 +65,7 @@ class AtPositions:
     at: Annotated[
         tuple[float, ...],
         Key(
-            ListOf(Number(least=0), "positions"),
+            ListOf(Number(above=0), "positions"),
             "positions along the axis of the profile; between two stored positions the"
             " value is on a straight line",
             example="[0.5, 1, 2]",
@@ -222,7 +224,7 @@ def _summaries(entry: Entry | None, context: SpecContext) -> tuple[Summary, ...]
     metrics = context.known.known.metrics
     if isinstance(entry.value, dict):
         for column, child in entry.mapping():
-            if column in context.known.known.profiles:
+            if _is_profile(column, context):
                 summaries += mistakes.read(_of_profile, child, column, context) or ()
                 continue
             with mistakes.noted():
@@ -232,7 +234,7 @@ def _summaries(entry: Entry | None, context: SpecContext) -> tuple[Summary, ...]
     else:
         for child in entry.entries():
             with mistakes.noted():
-                if child.text() in context.known.known.profiles:
+                if _is_profile(child.text(), context):
                     raise child.error(
                         f'"{child.text()}" is a profile: write {_form(child.text())}'
                     )
@@ -245,10 +247,15 @@ def _summaries(entry: Entry | None, context: SpecContext) -> tuple[Summary, ...]
     return tuple(summaries)
 
 
+def _is_profile(name: str, context: SpecContext) -> bool:
+    """Return whether a name is that of a profile, and not of a derived metric."""
+    return name in context.known.known.profiles and name not in context.recorded
+
+
 def _of_profile(entry: Entry, name: str, context: SpecContext) -> list[Summary]:
     """Return the summaries of a profile at some positions."""
     mistakes = Mistakes()
-    recorded = {each.name: each for each in context.profiles or ()}
+    recorded = {each.name for each in context.profiles or ()}
     if context.profiles is not None and name not in recorded:
         with mistakes.noted():
             raise entry.error(
@@ -262,14 +269,17 @@ def _of_profile(entry: Entry, name: str, context: SpecContext) -> list[Summary]:
     with mistakes.noted():
         check_keys(entry, AtPositions)
     positions = read_values(AtPositions, entry, mistakes).get("at", ())
-    end = recorded[name].to if name in recorded else None
+    low, high = _known_range(name, context)
     for place, at in enumerate(positions):
-        if end is not None and at > end:
+        if not low <= at <= high:
             with mistakes.noted():
                 raise (
                     entry.child("at")
                     .child(place)
-                    .expected(f"a position along {name}, which ends at {end:g}")
+                    .expected(
+                        f"a position along {name}, whose values are from {low:g} to"
+                        f" {high:g}"
+                    )
                 )
     statistics: list[str | float] = [MEAN]
     if written := entry.get("statistics"):
@@ -278,6 +288,20 @@ def _of_profile(entry: Entry, name: str, context: SpecContext) -> list[Summary]:
     return [
         Summary(name, statistic, at) for at in positions for statistic in statistics
     ]
+
+
+def _known_range(name: str, context: SpecContext) -> tuple[float, float]:
+    """Return the ends of the positions of a recorded profile, as far as known.
+
+    The values along a distance are at the centres of bins.
+    """
+    for recorded in context.profiles or ():
+        if recorded.name == name and recorded.to is not None:
+            if context.known.known.profiles[name].axis != "distance":
+                return 0.0, recorded.to
+            half = recorded.to / (2 * (recorded.bins or USUAL_BINS))
+            return half, recorded.to - half
+    return 0.0, math.inf
 
 
 def _form(profile: str) -> str:

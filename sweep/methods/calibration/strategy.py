@@ -458,8 +458,15 @@ def _why_not(study: Study, rule: Calibration, side: Side) -> str:
 
 def _why_beyond(rule: Calibration, side: Side) -> str:
     """Return which position is not on the axis of the data, in words; "" for none."""
+    if not rule.points:
+        return ""
+    profiles = side.study.profiles
+    stored = profiles[profiles["trial_id"].isin(side.trials["trial_id"])]
     for profile, at in rule.points:
-        positions = np.concatenate([*side.study.profiles[f"{profile}{AT}"]])
+        known = stored[f"{profile}{AT}"].dropna()
+        if known.empty:
+            return f"no trial of {side.text} has {profile}"
+        positions = np.concatenate([*known])
         first = positions.min()
         last = positions.max()
         if not first <= at <= last:

@@ -26,10 +26,12 @@ export function dialog(root, title, ...children) {
 }
 
 const COMMAND = "sweep launch spec.yaml";
-// The line of a key at the top of a spec: the key, its plain value, and a comment.
+// The line of a key at the top of a spec: the key, its value, and a comment.
 /** @param {string} key */
 const lineOf = (key) =>
-  new RegExp(`^(${key}:[ \\t]*)([^\\s#{[]+)([ \\t]*(?:#.*)?)$`, "m");
+  new RegExp(`^(${key}: *)("[^"\\\\]*"|[^\\s#{["']\\S*)((?: +#.*)?)$`, "m");
+const NAME = /^[A-Za-z0-9_][A-Za-z0-9_.-]*(\/[A-Za-z0-9_][A-Za-z0-9_.-]*)*$/;
+const WHOLE = /^[1-9]\d{0,5}$/;
 
 export class SpecDialog {
   /**
@@ -39,6 +41,9 @@ export class SpecDialog {
    */
   constructor(root, address, launches) {
     this.words = "";
+    this.exact = false;
+    this.given = "";
+    this.replicatesBefore = 1;
     this.launches = launches;
     this.usual = make(
       "p",
@@ -53,8 +58,8 @@ export class SpecDialog {
       "aria-label": "spec.yaml",
     });
     this.note = make("p", { role: "status" });
-    this.name = this.field("study", { type: "text", spellcheck: false });
-    this.replicates = this.field("replicates", { type: "text", inputMode: "numeric" });
+    this.name = this.field("study", NAME, { spellcheck: false });
+    this.replicates = this.field("replicates", WHOLE, { inputMode: "numeric" });
     const copy = button("copy", "Copy", () => this.copy(), "Copy", {
       className: "primary",
     });
@@ -81,26 +86,42 @@ export class SpecDialog {
     );
   }
 
-  // A key of the spec that can be changed here: its value goes into the text.
-  /** @param {string} key @param {Record<string, string | number | boolean>} about */
-  field(key, about) {
+  // A key of the spec that can be changed here: an allowed value goes into the text.
+  /**
+   * @param {string} key
+   * @param {RegExp} allowed
+   * @param {Record<string, unknown>} about
+   */
+  field(key, allowed, about) {
     const input = make("input", {
+      type: "text",
       ...about,
-      on: { change: () => this.write(key, input.value.trim()) },
+      on: { change: () => this.write(key, input, allowed) },
     });
     const label = make("label", {}, key, input);
     return { input, label };
   }
 
-  /** @param {string} key @param {string} value */
-  write(key, value) {
-    if (!value) return this.read();
-    const plain = /^([A-Za-z][\w./-]*|\d+)$/.test(value)
-      ? value
-      : JSON.stringify(value);
+  /** @param {string} key @param {HTMLInputElement} input @param {RegExp} allowed */
+  write(key, input, allowed) {
+    const value = input.value.trim();
+    if (!allowed.test(value)) {
+      this.note.textContent = key === "study"
+        ? "A name has letters, digits, _, - and . in it, and / between its parts."
+        : "The number of replicates is an integer from 1.";
+      this.read();
+      return;
+    }
+    if (key === "replicates" && this.exact) {
+      this.words = Number(value) < this.replicatesBefore
+        ? "A launch with fewer replicates may lack the shown trial."
+        : `${this.given} reproduces these frames.`;
+    }
+    // Quotes keep a name such as 2024 or true from being a number or a truth value.
+    const written = key === "study" ? JSON.stringify(value) : value;
     this.text.value = this.text.value.replace(
       lineOf(key),
-      (_, before, __, after) => `${before}${plain}${after}`,
+      (_, before, __, after) => `${before}${written}${after}`,
     );
     this.copy();
     this.offer(this.text.value);
@@ -116,7 +137,7 @@ export class SpecDialog {
     ) {
       const found = lineOf(key).exec(this.text.value);
       label.hidden = !found;
-      input.value = found?.[2] ?? "";
+      input.value = found?.[2].replace(/^"|"$/g, "") ?? "";
     }
   }
 
@@ -134,9 +155,11 @@ export class SpecDialog {
   show({ yaml, trial, exact, note }, sweeps) {
     this.text.value = yaml;
     this.read();
-    const given = sweeps ? "Without the sweep, a launch" : "A launch";
+    this.exact = exact;
+    this.replicatesBefore = Number(this.replicates.input.value);
+    this.given = sweeps ? "Without the sweep, a launch" : "A launch";
     const which = trial ? ` as ${trial}` : "";
-    this.words = exact ? `${given} reproduces these frames${which}.` : note;
+    this.words = exact ? `${this.given} reproduces these frames${which}.` : note;
     if (!this.box.open) this.box.showModal();
     this.text.scrollTop = 0;
     this.copy();
