@@ -267,8 +267,9 @@ def test_more_generations_keep_what_is_stored(
     posterior(tmp_path, monkeypatch, SMALL)
     jobs = replace_trials(monkeypatch, normal)
     spec = SMALL.replace("generations: 2", "generations: 3")
-    launch(parse_spec(spec), tmp_path, Serial())
+    progress = launch(parse_spec(spec), tmp_path, Serial())
     assert len(jobs) == 50 * 4
+    assert progress.note.startswith("generation 3: tolerance ")
     assert LoadedStudy("fit", tmp_path).posterior().simulations == 100 + 3 * 50
 
 
@@ -689,6 +690,21 @@ def test_data_of_several_points_or_of_the_study_itself_are_refused(
     spec = FIT.replace("to: data", 'to: "data:n=4"')
     launch(parse_spec(spec), tmp_path, Serial())
     assert LoadedStudy("fit", tmp_path).posterior().data_trials == 4
+
+
+def test_a_derived_metric_is_a_summary_with_its_unit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def doubled(job: Job) -> Result:
+        speed = normal(job).last["speed"]
+        return done(job, {"speed": speed, "doubled": 2.0 * speed})
+
+    derived = "metrics: [speed], derive: {doubled: 2 * speed}"
+    monkeypatch.setattr(f"{__name__}.DATA", DATA.replace("metrics: [speed]", derived))
+    spec = SMALL.replace("metrics: [speed]", derived).replace("[speed]", "[doubled]", 1)
+    outcome = posterior(tmp_path, monkeypatch, spec, doubled)
+    assert outcome.predictive["summary"].tolist() == ["mean of doubled"]
+    assert LoadedStudy("data", tmp_path).units["doubled"] == "px/step"
 
 
 def test_data_in_another_unit_are_refused(
