@@ -6,7 +6,7 @@ enclosing frame.
 
 from html import escape
 
-from sweep.web import STATIC, script, source_of, style
+from sweep.web import script, source_of, style
 
 IN_A_NOTEBOOK = {"ask": "kernel", "socket": "kernel"}
 """Modules of the page, with their replacements in a notebook."""
@@ -18,12 +18,10 @@ def framed() -> str:
     The frame gives the page an initial address.
     """
     program = script("show", IN_A_NOTEBOOK)
-    curves = (STATIC / "uplot.js").read_text(encoding="utf-8")
-    rules = style("view", "uplot", "show", "explored")
+    rules = style("view", "show", "explored")
     policy = (
-        "default-src 'none'; script-src"
-        f" {source_of(curves)} {source_of(program)}; style-src {source_of(rules)};"
-        " img-src blob: data:; form-action 'none'"
+        f"default-src 'none'; script-src {source_of(program)};"
+        f" style-src {source_of(rules)}; img-src blob: data:; form-action 'none'"
     )
     # Without a base a frame uses the base of the notebook for links.
     return f"""<!doctype html>
@@ -38,7 +36,6 @@ def framed() -> str:
 </head>
 <body class="boidsweep-page">
 <main class="boidsweep explorer"></main>
-<script>{curves}</script>
 <script type="module">{program}</script>
 </body>
 </html>

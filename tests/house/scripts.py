@@ -4,16 +4,12 @@ from collections.abc import Iterator
 
 from tests.house.sources import Checkout, Finding
 
-BROUGHT = {"sweep/web/static/uplot.js"}
-"""Scripts of others, as they were released."""
 MOST_SIGNS = 88
 
 
 def lines_of_scripts_are_short(checkout: Checkout) -> Iterator[Finding]:
     """The formatter breaks code, but neither comments nor texts."""
     for name in checkout.files("sweep/**/*.[jt]s", "tests/**/*.[jt]s"):
-        if name in BROUGHT:
-            continue
         for number, line in enumerate(checkout.document(name).text.splitlines(), 1):
             if len(line) > MOST_SIGNS:
                 yield Finding(name, number, f"a line of {len(line)} signs")

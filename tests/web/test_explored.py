@@ -288,7 +288,7 @@ def test_a_tour_from_the_figure_to_a_trial_that_plays(
     browser: Browser, results: Path, begun: Begun, tmp_path: Path
 ) -> None:
     cell = Cell(browser, begun(sweep.show("small", results)), tmp_path)
-    cell.seen(".figure .uplot")
+    cell.seen(".figure .board")
     counts = cell.frame.locator(".counts").inner_text()
     assert "6 trials at 2 points: 6 done." in counts
     dark = "getComputedStyle(document.querySelector('.card')).backgroundColor"
@@ -342,7 +342,7 @@ def test_a_busy_kernel_is_said_until_it_answers(
 ) -> None:
     cell = Cell(browser, begun(sweep.show("small", results)), tmp_path)
     cell.frame.get_by_text("Waiting for the kernel").wait_for()
-    cell.seen(".figure .uplot")
+    cell.seen(".figure .board")
     assert not cell.frame.get_by_text("Waiting for the kernel").is_visible()
     cell.page.close()
     assert cell.wrong == []

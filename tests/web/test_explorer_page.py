@@ -78,7 +78,7 @@ def seen(page: Page, selector: str) -> None:
 def test_a_tour_from_the_list_to_a_trial_that_plays(opened: Open) -> None:
     page = opened()
     page.get_by_role("button", name="small", exact=True).click()
-    seen(page, ".figure .uplot")
+    seen(page, ".figure .board")
     assert "6 trials at 2 points: 6 done." in page.locator(".counts").inner_text()
     page.locator("[aria-label=points] tbody button").first.click()
     seen(page, "[aria-label=trials] tbody button")
@@ -167,7 +167,7 @@ def test_an_answer_that_comes_late_does_not_undo_a_later_choice(opened: Open) ->
     trial = plotted.study("small").trials["trial_id"].iloc[0]
     point = plotted.study("small").points.index[0]
     page = opened("#study=small")
-    seen(page, ".figure .uplot")
+    seen(page, ".figure .board")
     held: list[Route] = []
     page.route(re.compile("ask/figure.*kind=scatter"), lambda route: held.append(route))
     here = f"study=small&point={point}"
@@ -200,7 +200,7 @@ def scripts(page: Page) -> dict[str, int]:
 MOST_SCRIPT = 150_000  # bytes, of all scripts that a view loads before a trial plays
 VIEWS = {
     "": "table",
-    "#study=small&kind=curves": ".figure .uplot",
+    "#study=small&kind=curves": ".figure .board",
     "#study=small&region=separation_weight 0.5 1": ".refine .proposal",
     "#study=grid&kind=heatmap": ".figure canvas",
     "#study=searched": ".search tbody",
@@ -248,7 +248,7 @@ def test_a_short_logarithmic_axis_has_ticks_between_powers_of_ten(
 def test_profiles_are_curves_whose_points_lead_to_their_trials(opened: Open) -> None:
     """An exponent is a slope, so both axes are logarithmic."""
     page = opened("#study=profiled&kind=profiles")
-    seen(page, ".figure .uplot")
+    seen(page, ".figure .board")
     caption = page.locator(".figure figcaption").first
     expect(caption).to_have_text("mean squared displacement")
     expect(page.locator(".figure .legend").first).to_contain_text("noise = 0.5")
@@ -269,7 +269,7 @@ def test_an_address_of_a_figure_that_does_not_suit_leads_to_one_that_does(
     expect(refusal).to_contain_text("needs two varied parameters")
     expect(page.locator("#figure-kind")).to_be_hidden()  # it has nothing to choose
     page.get_by_role("button", name="Show a suitable figure").click()
-    seen(page, ".figure .board, .figure .uplot")
+    seen(page, ".figure .board")
     expect(refusal).to_be_hidden()
     expect(page.locator("#figure-kind")).to_be_visible()
     assert "kind" not in page.url
@@ -401,7 +401,7 @@ def test_everything_has_a_name_and_contrast_and_fits_any_window(
 ) -> None:
     page = opened("#study=small")
     page.emulate_media(color_scheme=scheme)
-    seen(page, ".figure .uplot")
+    seen(page, ".figure .board")
     page.locator("[aria-label=points] tbody button").first.click()
     seen(page, "[aria-label=trials] tbody button")
     found = page.evaluate(CHECKS, ["nameless", "doubled", "unmarked", "faint"])

@@ -334,7 +334,7 @@ def test_results_are_explored_in_a_cell_up_to_a_trial_that_plays(
     with Image.open(io.BytesIO(base64.b64decode(output["data"]["image/png"]))) as image:
         assert image.info["Study"] == study.name
     frame = notebook.page.frame_locator("iframe[title='Results of boidsweep']")
-    frame.locator(".figure .uplot").first.wait_for()
+    frame.locator(".figure .board").first.wait_for()
     frame.locator("[aria-label=points] tbody button").first.click()
     frame.locator("[aria-label=trials] tbody button").first.click()
     words = frame.locator(".player .record .exact")
@@ -355,4 +355,4 @@ def test_results_are_explored_in_a_cell_up_to_a_trial_that_plays(
     frame.get_by_text("kernel of these results has stopped").first.wait_for()
     notebook.until_idle()
     notebook.run(0)
-    frame.locator(".figure .uplot").first.wait_for()
+    frame.locator(".figure .board").first.wait_for()

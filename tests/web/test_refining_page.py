@@ -161,7 +161,7 @@ def test_a_point_is_refined_about_and_a_click_is_no_drag(
     opened: Open, server: PageServer
 ) -> None:
     page = opened(f"{server.url}#study=small")
-    expect(page.locator(".figure .uplot")).to_be_visible()
+    expect(page.locator(".figure .board")).to_be_visible()
     page.locator("[aria-label=points] tbody button").first.click()
     page.locator(".refine summary").first.click()
     expect(page.locator(".refine .difference")).to_contain_text("1 added, 2 kept")

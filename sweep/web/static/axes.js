@@ -1,84 +1,204 @@
 // Axes of a figure: where a value lies on the screen, and which values are named.
 
-import { short } from "./dom.js";
+import { short, unitText } from "./dom.js";
 
+/** @import { FigureAxis } from "./explorer.d.ts" */
+/** @typedef {{ at: number, text: string }} Tick a value and its name */
+
+const ROOM = 0.05; // of the span, beyond the outermost values
 const LETTER = 7; // CSS pixels, about
-const ROUND = [1, 2, 5, 10];
+const LINE = 14;
+const ASIDE = 80; // between round values
+const ABOVE = 45;
+const MOST_LISTED = 12;
+const SHORT_POWERS = [-3, 4]; // powers of ten that are written as numbers
+const MOST_DECADES = 3; // between which round values have names too
+const RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹";
 
 export class Axis {
-  // `from` and `to` are the places of `low` and `high` on the screen.
   /**
-   * @param {number} low
-   * @param {number} high
-   * @param {number} from
-   * @param {number} to
+   * @param {number[]} values
+   * @param {Partial<FigureAxis>} about
+   * @param {number} room
    */
-  constructor(low, high, from, to, logarithmic = false) {
+  constructor(values, about = {}, room = ROOM) {
+    const { names = [], logarithmic = false } = about;
+    this.about = about;
+    this.names = names;
     this.logarithmic = logarithmic;
-    const [first, last] = [this.scaled(low), this.scaled(high)];
-    this.first = first;
-    this.last = last > first ? last : first + 1;
-    this.from = from;
-    this.to = to;
+    let [first, last] = bounds(values.map((value) => this.place(value)));
+    if (names.length) [first, last] = [-0.5, names.length - 0.5];
+    else if (first === last) {
+      first -= first ? 0.1 * Math.abs(first) : 0.5;
+      last += last ? 0.1 * Math.abs(last) : 0.5;
+    }
+    const beyond = names.length ? 0 : room * (last - first);
+    this.first = first - beyond;
+    this.last = last + beyond;
+    this.from = 0;
+    this.to = 1;
+  }
+
+  // Lays the axis from one place on the screen to another, to the right or upwards.
+  /** @param {number} from @param {number} to in pixels */
+  span(from, to) {
+    [this.from, this.to] = [from, to];
+    return this;
+  }
+
+  // What lies beyond the bounds of the axis lies at its edge.
+  /** @param {number} value */
+  place(value) {
+    const { low, high } = this.about;
+    const within = Math.min(Math.max(value, low ?? -Infinity), high ?? Infinity);
+    return this.logarithmic ? Math.log10(within) : within;
+  }
+
+  // 1 for a value above the bounds of the axis, -1 for one below them, else 0.
+  /** @param {number} value */
+  beyond(value) {
+    const { low, high } = this.about;
+    return Number(value > (high ?? Infinity)) - Number(value < (low ?? -Infinity));
   }
 
   /** @param {number} value */
-  scaled(value) {
-    return this.logarithmic ? Math.log10(value) : value;
-  }
-
-  /** @param {number} value */
-  at(value) {
-    const part = (this.scaled(value) - this.first) / (this.last - this.first);
+  pixel(value) {
+    const part = (this.place(value) - this.first) / (this.last - this.first);
     return this.from + part * (this.to - this.from);
   }
 
-  // About `most` round values; on a logarithmic axis powers of ten, or round values
-  // where there are fewer than two of them.
-  /** @param {number} most */
-  round(most) {
-    const span = this.last - this.first;
-    if (this.logarithmic && span >= 2) {
-      const every = Math.ceil(span / most);
-      const powers = [];
-      for (let k = Math.ceil(this.first); k <= this.last; k += every) {
-        powers.push(10 ** k);
-      }
-      return powers;
-    }
-    const [low, high] = this.logarithmic
-      ? [10 ** this.first, 10 ** this.last]
-      : [this.first, this.last];
-    const rough = (high - low) / Math.max(1, most);
-    const power = 10 ** Math.floor(Math.log10(rough));
-    const apart = power * (ROUND.find((one) => one * power >= rough) ?? 10);
-    const values = [];
-    for (let k = Math.ceil(low / apart - 1e-9); k * apart <= high + 1e-9 * apart; k++) {
-      values.push(k * apart);
-    }
-    return values;
+  /** @param {number} pixel */
+  value(pixel) {
+    const part = (pixel - this.from) / (this.to - this.from);
+    const place = this.first + part * (this.last - this.first);
+    return this.logarithmic ? 10 ** place : place;
   }
 
-  // The listed values where all their names fit side by side, else round ones.
-  /** @param {number[]} values */
-  ticks(values) {
-    const room = Math.abs(this.to - this.from);
-    const letters = values.map((value) => short(value).length + 2);
-    const wide = LETTER * Math.max(...letters);
-    const places = values.map((value) => this.at(value)).toSorted((a, b) => a - b);
-    const apart = places.every((place, i) => i === 0 || place - places[i - 1] >= wide);
-    return apart ? values : this.round(Math.max(2, Math.floor(room / 80)));
+  // The names, the listed values, or round values, as many as have room.
+  /** @returns {Tick[]} */
+  get ticks() {
+    const { names, power, values } = this;
+    const texts = names.length
+      ? names
+      : values.map((value) =>
+        this.ofDecades ? decade(Math.round(Math.log10(value))) : short(value / power)
+      );
+    return this.apart(this.some(values.map((at, i) => ({ at, text: texts[i] }))));
+  }
+
+  // The label of the axis, with the factor of the numbers at its ticks.
+  get label() {
+    const factor = this.power === 1 ? "" : ` × ${decade(Math.log10(this.power))}`;
+    return unitText(this.about.label) + factor;
+  }
+
+  // The power of ten that is left out of all numbers at the ticks: 1 for numbers that
+  // are short with it.
+  get power() {
+    if (this.names.length || this.ofDecades) return 1;
+    const most = Math.max(...this.values.map(Math.abs));
+    const power = Math.floor(Math.log10(most));
+    return most > 0 && (power <= SHORT_POWERS[0] || power > SHORT_POWERS[1])
+      ? Number(`1e${power}`)
+      : 1;
+  }
+
+  // Where ticks may be.
+  get values() {
+    const { listed = [] } = this.about;
+    if (this.names.length) return this.names.map((_, place) => place);
+    return listed.length ? listed : this.ofDecades ? this.decades : this.round;
+  }
+
+  get ofDecades() {
+    const { listed = [] } = this.about;
+    return this.logarithmic && !listed.length && this.last - this.first >= MOST_DECADES;
+  }
+
+  get most() {
+    return Math.max(2, this.length / (this.to > this.from ? ASIDE : ABOVE));
+  }
+
+  get length() {
+    return Math.abs(this.to - this.from);
+  }
+
+  // Powers of ten, every one or every few of them.
+  get decades() {
+    const every = Math.ceil((this.last - this.first) / this.most);
+    return multiples(this.first, this.last, every).map((power) => Number(`1e${power}`));
+  }
+
+  // Round values. On a logarithmic axis of a decade or more: 1, 2, 5, 10, 20, ...
+  get round() {
+    const { first, last, logarithmic } = this;
+    if (!logarithmic) return multiples(first, last, nice((last - first) / this.most));
+    const [low, high] = [10 ** first, 10 ** last];
+    if (last - first < 1) return multiples(low, high, nice((high - low) / this.most));
+    return multiples(Math.floor(first), last, 1)
+      .flatMap((power) => [1, 2, 5].map((one) => Number(`${one}e${power}`)))
+      .filter((one) => one >= low && one <= high);
+  }
+
+  // Pixels that a text takes along the axis, with some room.
+  /** @param {string} text */
+  size(text) {
+    return this.to > this.from ? LETTER * (text.length + 1) : LINE;
+  }
+
+  // Every k-th of some ticks, with the smallest k so that their texts have room.
+  /** @param {Tick[]} ticks */
+  some(ticks) {
+    if (this.names.length || this.logarithmic) return ticks;
+    for (let every = 1; every < ticks.length; every++) {
+      const chosen = ticks.filter((_, i) => i % every === 0);
+      const size = chosen.reduce((sum, { text }) => sum + this.size(text), 0);
+      if (chosen.length <= MOST_LISTED && size <= this.length) return chosen;
+    }
+    return ticks.slice(0, 1);
+  }
+
+  // Those of some ticks whose texts do not touch the one before.
+  /** @param {Tick[]} ticks */
+  apart(ticks) {
+    let free = -Infinity;
+    return ticks.filter(({ at, text }) => {
+      const place = Math.abs(this.pixel(at) - this.from);
+      if (place - this.size(text) / 2 < free) return false;
+      free = place + this.size(text) / 2;
+      return true;
+    });
   }
 }
 
-// The bounds of some values, with some room about them.
-/** @param {number[]} values @returns {[low: number, high: number]} */
-export function around(values) {
-  const [low, high] = bounds(values);
-  const room = 0.06 * (high - low) || 0.1 * Math.abs(high) || 1;
-  return [low - room, high + room];
+// The multiples of a step from `low` to `high`.
+/** @param {number} low @param {number} high @param {number} step */
+function multiples(low, high, step) {
+  const first = Math.ceil(low / step - 1e-9);
+  const last = Math.floor(high / step + 1e-9);
+  return Array.from(
+    { length: Math.max(last - first + 1, 0) },
+    (_, i) => Number(((first + i) * step).toPrecision(12)),
+  );
 }
 
+// A round step that is not below the least one.
+/** @param {number} least */
+function nice(least) {
+  const power = 10 ** Math.floor(Math.log10(least));
+  return power * ([1, 2, 5].find((one) => one * power >= least) ?? 10);
+}
+
+// A power of ten as people write it.
+/** @param {number} power */
+function decade(power) {
+  const [low, high] = SHORT_POWERS;
+  if (power > low && power <= high) return short(Number(`1e${power}`));
+  const digits = Array.from(String(Math.abs(power)), (one) => RAISED[Number(one)]);
+  return `10${power < 0 ? "⁻" : ""}${digits.join("")}`;
+}
+
+// The least and the largest of some values.
 /** @param {number[]} values @returns {[low: number, high: number]} */
 export function bounds(values) {
   if (!values.length) return [0, 1];

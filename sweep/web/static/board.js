@@ -1,9 +1,10 @@
 // A canvas with two axes, on which marks are drawn and found again.
 
-import { contextOf, make, named, short, unitText } from "./dom.js";
+import { Axis } from "./axes.js";
+import { contextOf, make, named } from "./dom.js";
 import { diamond, MarkPicker, ring } from "./picking.js";
 
-/** @import { Dot, FigureAxis, Known, Panel, Published } from "./explorer.d.ts" */
+/** @import { Dot, Known, Panel, Published } from "./explorer.d.ts" */
 /** @import { Choose, Place } from "./picking.js" */
 
 export const HEIGHT = 300;
@@ -12,8 +13,6 @@ const MOST_LEFT = 0.25; // of the width, for names
 const BOTTOM = 44;
 const TOP = 8;
 const RIGHT = 12;
-const TICKS = 6;
-const MOST_LISTED = 12; // ticks; of more values each second, third and so on has one
 const FONT = "12px system-ui, sans-serif";
 const REACH = 14; // pixels from a mark
 
@@ -30,112 +29,6 @@ export function dotsOf({ marks: { columns, data } }) {
 export const known = (values) =>
   values.filter((value) => typeof value === "number" && Number.isFinite(value))
     .map(Number);
-
-// A scale from values to pixels, with its ticks.
-export class Scale {
-  /**
-   * @param {number[]} values
-   * @param {FigureAxis} axis
-   * @param {boolean} tight whether nothing lies beyond the outermost values
-   */
-  constructor(values, axis, tight = false) {
-    this.axis = axis;
-    this.names = axis.names;
-    this.log = axis.logarithmic;
-    const at = values.map((value) => this.place(value));
-    let low = at.length ? Math.min(...at) : 0;
-    let high = at.length ? Math.max(...at) : 1;
-    if (this.names.length) [low, high] = [-0.5, this.names.length - 0.5];
-    else if (low === high) {
-      [low, high] = [
-        low - (low ? 0.1 * Math.abs(low) : 0.5),
-        high + (high ? 0.1 * Math.abs(high) : 0.5),
-      ];
-    }
-    const room = tight || this.names.length ? 0 : 0.05 * (high - low);
-    this.low = low - room;
-    this.high = high + room;
-    this.from = 0;
-    this.to = 1;
-  }
-
-  /** @param {number} from @param {number} to in pixels */
-  span(from, to) {
-    [this.from, this.to] = [from, to];
-    return this;
-  }
-
-  // What lies beyond the bounds of the axis lies at its edge.
-  /** @param {number} value */
-  place(value) {
-    const { low, high } = this.axis;
-    const within = Math.min(Math.max(value, low ?? -Infinity), high ?? Infinity);
-    return this.log ? Math.log10(within) : within;
-  }
-
-  // 1 for a value above the bounds of the axis, -1 for one below them, else 0.
-  /** @param {number} value */
-  beyond(value) {
-    const { low, high } = this.axis;
-    return Number(value > (high ?? Infinity)) - Number(value < (low ?? -Infinity));
-  }
-
-  /** @param {number} value */
-  pixel(value) {
-    const part = (this.place(value) - this.low) / (this.high - this.low);
-    return this.from + part * (this.to - this.from);
-  }
-
-  /** @param {number} pixel */
-  value(pixel) {
-    const part = (pixel - this.from) / (this.to - this.from);
-    const place = this.low + part * (this.high - this.low);
-    return this.log ? 10 ** place : place;
-  }
-
-  /** @returns {{ at: number, text: string }[]} */
-  get ticks() {
-    const { listed } = this.axis;
-    const every = Math.ceil(listed.length / MOST_LISTED);
-    if (listed.length) {
-      return listed.filter((_, i) => i % every === 0).map((at) => ({
-        at,
-        text: short(at),
-      }));
-    }
-    if (this.names.length) return this.names.map((text, at) => ({ at, text }));
-    const span = this.high - this.low;
-    const few = this.log && span < 3; // of less than a decade as of a linear axis
-    const [low, high] = few ? [10 ** this.low, 10 ** this.high] : [this.low, this.high];
-    const places = few && span >= 1
-      ? stepped(this.low - 1, this.high, 1).flatMap((power) =>
-        [1, 2, 5].map((one) => one * 10 ** power)
-      ).filter((one) => one >= low && one <= high)
-      : stepped(low, high, niceStep((high - low) / TICKS, this.log && !few));
-    return places.map((place) => {
-      const at = this.log && !few ? 10 ** place : place;
-      return { at, text: short(at) };
-    });
-  }
-}
-
-// The multiples of a step from `low` to `high`.
-/** @param {number} low @param {number} high @param {number} step */
-function stepped(low, high, step) {
-  const first = Math.ceil(low / step);
-  const last = Math.floor(high / step + 1e-9);
-  return Array.from(
-    { length: Math.max(last - first + 1, 0) },
-    (_, i) => Number(((first + i) * step).toPrecision(12)),
-  );
-}
-
-/** @param {number} least @param {boolean} whole */
-function niceStep(least, whole) {
-  if (whole && least <= 1) return 1;
-  const power = 10 ** Math.floor(Math.log10(least));
-  return power * ([1, 2, 5].find((one) => one * power >= least) ?? 10);
-}
 
 /** @param {Panel} panel */
 export const labelOf = ({ title, x, y }) =>
@@ -191,7 +84,7 @@ export class Board {
     return Math.max(this.element.clientWidth, 120);
   }
 
-  /** @returns {[Scale, Scale]} */
+  /** @returns {[Axis, Axis]} */
   scales() {
     const { x, y } = this.panel;
     const across = known(this.dots.flatMap((dot) => [dot.x, dot.x_low, dot.x_high]));
@@ -200,7 +93,7 @@ export class Board {
       ...this.dots.flatMap((dot) => [dot.y, dot.low, dot.high]),
       ...values,
     ]);
-    return [new Scale([...across, ...known([x.low])], x), new Scale(up, y)];
+    return [new Axis([...across, ...known([x.low])], x), new Axis(up, y)];
   }
 
   draw() {
@@ -236,7 +129,7 @@ export class Board {
    * @param {string} line
    */
   axes(context, ink, line) {
-    const { x, y, panel, width, left } = this;
+    const { x, y, width, left } = this;
     if (!x || !y) return;
     const bottom = HEIGHT - BOTTOM;
     Object.assign(context, {
@@ -245,30 +138,23 @@ export class Board {
       strokeStyle: line,
     });
     context.textAlign = "center";
-    let free = -Infinity;
     for (const { at, text } of x.ticks) {
       const place = x.pixel(at);
-      const half = context.measureText(text).width / 2;
-      if (place - half < free || place + half > width) continue;
-      free = place + half + 6;
       stroke(context, [[place, TOP], [place, bottom]]);
       context.fillText(text, place, bottom + 16);
     }
     context.textAlign = "right";
-    let above = Infinity;
     for (const { at, text } of y.ticks) {
       const place = y.pixel(at);
-      if (place > above - 13) continue;
-      above = place;
       stroke(context, [[left, place], [width - RIGHT, place]]);
       context.fillText(fitting(context, text, left - 24), left - 6, place + 4);
     }
     context.textAlign = "center";
-    context.fillText(unitText(panel.x.label), (left + width) / 2, HEIGHT - 8);
+    context.fillText(x.label, (left + width) / 2, HEIGHT - 8);
     context.save();
     context.translate(12, (TOP + bottom) / 2);
     context.rotate(-Math.PI / 2);
-    context.fillText(fitting(context, unitText(panel.y.label), bottom - TOP), 0, 0);
+    context.fillText(fitting(context, y.label, bottom - TOP), 0, 0);
     context.restore();
   }
 
@@ -314,9 +200,8 @@ export class Board {
 
   /** @param {Dot} dot @returns {Place | null} */
   placeOf(dot) {
-    const { x, y } = this;
-    if (!x || !y || dot.x === null || dot.y === null) return null;
-    return { x: x.pixel(dot.x), y: y.pixel(dot.y) };
+    if (dot.x === null || dot.y === null) return null;
+    return { x: this.pixel("x", dot.x), y: this.pixel("y", dot.y) };
   }
 
   /** @param {Place} place @returns {Dot | null} */

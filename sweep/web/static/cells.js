@@ -1,8 +1,9 @@
 // A heatmap, drawn on a board: a cell each, hatched where its interval is wider than
 // any step to a cell beside it.
 
+import { Axis } from "./axes.js";
 import { contextOf, make, short, unitText } from "./dom.js";
-import { Board, known, Scale, stroke } from "./board.js";
+import { Board, known, stroke } from "./board.js";
 
 /** @import { Dot, Figure, Panel } from "./explorer.d.ts" */
 /** @import { Choose, Place } from "./picking.js" */
@@ -54,10 +55,10 @@ export class Cells extends Board {
     this.range = range;
   }
 
-  /** @override @returns {[Scale, Scale]} */
+  /** @override @returns {[Axis, Axis]} */
   scales() {
     const { x, y, edges } = this.panel;
-    return [new Scale(edges[0], x, true), new Scale(edges[1], y, true)];
+    return [new Axis(edges[0], x, 0), new Axis(edges[1], y, 0)];
   }
 
   /**

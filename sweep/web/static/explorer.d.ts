@@ -296,31 +296,8 @@ export interface Choice {
   replicates: string;
 }
 
-/** uPlot 1.6.32, as far as it is used here. */
-export interface Plotted {
-  readonly root: HTMLElement;
-  readonly over: HTMLElement;
-  readonly data: (number | null)[][];
-  readonly ctx: CanvasRenderingContext2D;
-  /** The plotting area, in pixels of the canvas. */
-  readonly bbox: { left: number; top: number; width: number; height: number };
-  setSize(size: { width: number; height: number }): void;
-  valToPos(value: number, scale: string): number;
-  posToVal(pixel: number, scale: string): number;
-  destroy(): void;
-}
-
 declare global {
   interface Window {
     explorer: Explorer;
   }
-  const uPlot: {
-    new (
-      options: Record<string, unknown>,
-      data: (number | null | undefined)[][],
-      target: HTMLElement,
-    ): Plotted;
-    rangeNum(low: number, high: number, room: number, extra: boolean): [number, number];
-    rangeLog(low: number, high: number, base: number, whole: boolean): [number, number];
-  };
 }

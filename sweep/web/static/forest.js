@@ -1,7 +1,8 @@
 // A forest plot: a row a difference with its interval, about zero and the margin.
 
+import { Axis } from "./axes.js";
 import { contextOf, make, named, short, spaced, unitText } from "./dom.js";
-import { Scale, stroke } from "./board.js";
+import { stroke } from "./board.js";
 
 /** @import { Difference } from "./explorer.d.ts" */
 
@@ -86,8 +87,7 @@ export class Forest {
     const far = ends.map(Math.abs).toSorted((a, b) => a - b);
     const most = Math.max(FAR * (far[far.length >> 1] ?? 0), ...inner.map(Math.abs));
     const kept = ends.map((end) => Math.min(Math.max(end, -most), most));
-    const axis = { name: "", label: "", logarithmic: false, names: [], listed: [] };
-    return new Scale([...inner, ...kept], axis);
+    return new Axis([...inner, ...kept]);
   }
 
   draw() {
@@ -141,7 +141,7 @@ export class Forest {
   /**
    * @param {CanvasRenderingContext2D} context
    * @param {Record<string, string>} inks
-   * @param {Scale} scale
+   * @param {Axis} scale
    * @param {[left: number, right: number, height: number]} bounds
    */
   ground(context, inks, scale, [left, right, height]) {
@@ -152,12 +152,8 @@ export class Forest {
       context.fillRect(from, top, scale.pixel(this.margin) - from, bottom - top);
     }
     context.textAlign = "center";
-    let free = -Infinity;
     for (const { at, text } of scale.ticks) {
       const place = scale.pixel(at);
-      const half = context.measureText(text).width / 2;
-      if (place - half < free) continue;
-      free = place + half + 8;
       context.strokeStyle = inks.line;
       stroke(context, [[place, top], [place, bottom]]);
       context.fillStyle = inks.ink;
@@ -178,7 +174,7 @@ export class Forest {
   /**
    * @param {CanvasRenderingContext2D} context
    * @param {Difference} about
-   * @param {Scale} scale
+   * @param {Axis} scale
    * @param {number} y
    * @param {string} colour
    */

@@ -13,7 +13,7 @@ const MOST = 3000;
 const MOST_WORDS = 3;
 const MOST_NAMES = 3;
 const FONT = "11px system-ui, sans-serif";
-const EDGE = { left: 2, right: 2, top: 15, bottom: 15 };
+const EDGE = { left: 40, right: 10, top: 15, bottom: 16 };
 
 // The values of one metric by step, thinned where there are too many of them for a
 // plot.
@@ -245,43 +245,45 @@ export class Plot {
   drawIn(context, area, step, colours) {
     const { first, last } = this.span();
     const { low, high, logarithmic } = this.bounds();
-    const across = new Axis(first, last, area.left, area.right);
-    const along = new Axis(low, high, area.bottom, area.top, logarithmic);
+    const across = new Axis([first, last], {}, 0).span(area.left, area.right);
+    const along = new Axis([low, high], { logarithmic }, 0).span(area.bottom, area.top);
     context.lineWidth = 1;
     context.strokeStyle = colours.border;
-    for (const y of [area.top, area.bottom]) this.level(context, area, y);
     context.fillStyle = colours.muted;
     context.font = FONT;
-    if (logarithmic) this.powers(context, area, along);
+    this.axes(context, area, across, along);
     context.strokeStyle = colours.published;
     context.lineWidth = 1.5;
     context.setLineDash([5, 3]);
-    for (const { value } of this.lasting) this.level(context, area, along.at(value));
+    for (const { value } of this.lasting) this.level(context, area, along.pixel(value));
     context.setLineDash([]);
     context.strokeStyle = colours.boid;
     this.trace(context, across, along);
     context.strokeStyle = colours.published;
     for (const { value, frame } of this.passing) {
-      if (frame !== null) this.ring(context, across.at(frame), along.at(value));
+      if (frame !== null) this.ring(context, across.pixel(frame), along.pixel(value));
     }
     if (step < last - 0.01 * (last - first)) {
       context.fillStyle = colours.chosen;
-      context.fillRect(across.at(step) - 0.75, area.top, 1.5, area.bottom - area.top);
+      context.fillRect(
+        across.pixel(step) - 0.75,
+        area.top,
+        1.5,
+        area.bottom - area.top,
+      );
     }
     const { cursor } = this;
     if (cursor !== null) {
       const value = this.series.at(cursor);
       context.fillStyle = colours.ink;
-      context.fillRect(across.at(cursor) - 0.5, area.top, 1, area.bottom - area.top);
+      context.fillRect(across.pixel(cursor) - 0.5, area.top, 1, area.bottom - area.top);
       context.strokeStyle = colours.ink;
-      if (value !== null) this.ring(context, across.at(cursor), along.at(value));
+      if (value !== null) this.ring(context, across.pixel(cursor), along.pixel(value));
     }
     context.fillStyle = cursor === null ? colours.muted : colours.ink;
-    context.fillText(short(low, 3), area.left, area.bottom + 12);
-    context.fillText(short(high, 3), area.left, area.top - 4);
     context.textAlign = "right";
     const words = cursor === null ? `step ${last}` : this.acts.clock(cursor);
-    context.fillText(words, area.right, area.bottom + 12);
+    context.fillText(words, area.right, area.top - 4);
     context.textAlign = "left";
   }
 
@@ -312,21 +314,26 @@ export class Plot {
     context.stroke();
   }
 
-  // The powers of ten of a logarithmic axis; of a short one round values.
+  // Lines at the ticks of values, and numbers at those of both axes.
   /**
    * @param {CanvasRenderingContext2D} context
    * @param {Area} area
+   * @param {Axis} across
    * @param {Axis} along
    */
-  powers(context, area, along) {
+  axes(context, area, across, along) {
+    for (const y of [area.top, area.bottom]) this.level(context, area, y);
     context.textAlign = "right";
-    const most = Math.max(2, Math.floor((area.bottom - area.top) / 30));
-    for (const value of along.round(most).filter((one) => one > 0)) {
-      const y = along.at(value);
-      this.level(context, area, y);
-      context.fillText(short(value, 3), area.right, y - 2);
+    for (const { at, text } of along.ticks) {
+      this.level(context, area, along.pixel(at));
+      context.fillText(text, area.left - 4, along.pixel(at) + 4);
+    }
+    context.textAlign = "center";
+    for (const { at, text } of across.ticks) {
+      context.fillText(text, across.pixel(at), area.bottom + 12);
     }
     context.textAlign = "left";
+    context.fillText(along.label.trim(), 2, area.top - 4);
   }
 
   /**
@@ -341,9 +348,9 @@ export class Plot {
     for (let i = 0; i < steps.length; i++) {
       const value = values[i];
       if (value === null || (along.logarithmic && value <= 0)) joined = false;
-      else if (joined) context.lineTo(across.at(steps[i]), along.at(value));
+      else if (joined) context.lineTo(across.pixel(steps[i]), along.pixel(value));
       else {
-        context.moveTo(across.at(steps[i]), along.at(value));
+        context.moveTo(across.pixel(steps[i]), along.pixel(value));
         joined = true;
       }
     }

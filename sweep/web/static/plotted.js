@@ -2,7 +2,7 @@
 // mark is chosen by a click, by the arrow keys, or by a drag across the figure.
 
 import { make, short, spaced, unitText } from "./dom.js";
-import { around, Axis, bounds } from "./axes.js";
+import { Axis, bounds } from "./axes.js";
 
 /**
  * @import {
@@ -208,16 +208,15 @@ export class Plotted {
     const { form, x, label } = this.data.figure;
     if (!x) return;
     const { left, right, top, bottom } = this.area;
-    const [first, last] = bounds(x.values);
-    const across = new Axis(first, last, left + 12, right - 12, x.logarithmic);
+    const across = axisOf(x, x.values, 0).span(left + 12, right - 12);
     const values = this.marks.flatMap((mark) => this.ends(mark));
-    const along = new Axis(...around(values), bottom, top);
-    this.frame(across, across.ticks(x.values), x.label);
-    this.levels(along, along.round(5), label);
+    const along = new Axis(values, { label }).span(bottom, top);
+    this.frame(across);
+    this.levels(along);
     for (const mark of this.marks) {
       mark.at = {
-        x: across.at(Number(mark.row[x.name])),
-        y: along.at(mark.mean ?? NaN),
+        x: across.pixel(Number(mark.row[x.name])),
+        y: along.pixel(mark.mean ?? NaN),
       };
     }
     const curves = new Map(this.marks.map((mark) => [mark.point.colour, [mark]]));
@@ -235,8 +234,11 @@ export class Plotted {
     const banded = known.filter(({ low, high }) => low !== null && high !== null);
     /** @param {Place[]} places */
     const path = (places) => places.map(({ x, y }) => `${x} ${y}`).join("L");
-    const upper = banded.map(({ at, high }) => ({ x: at.x, y: along.at(high ?? 0) }));
-    const lower = banded.map(({ at, low }) => ({ x: at.x, y: along.at(low ?? 0) }));
+    const upper = banded.map(({ at, high }) => ({
+      x: at.x,
+      y: along.pixel(high ?? 0),
+    }));
+    const lower = banded.map(({ at, low }) => ({ x: at.x, y: along.pixel(low ?? 0) }));
     const name = `colour-${colour % 7}`;
     if (banded.length > 1) {
       const band = `M${path([...upper, ...lower.toReversed()])}z`;
@@ -254,7 +256,7 @@ export class Plotted {
     const { element, at, low, high, point } = mark;
     if (Number.isNaN(at.y)) at.y = this.area.bottom;
     if (low !== null && high !== null) {
-      const whisker = `M${at.x} ${along.at(low)}V${along.at(high)}`;
+      const whisker = `M${at.x} ${along.pixel(low)}V${along.pixel(high)}`;
       element.append(drawn("path", { class: "whisker", d: whisker }));
     }
     this.finish(mark, SHAPES[point.colour % SHAPES.length]);
@@ -280,11 +282,11 @@ export class Plotted {
     const names = Math.min(7 * longest + 12, MOST_NAME * this.width);
     const { right, top, bottom } = this.area;
     this.area.left = names;
-    const across = new Axis(...around(values), names + 8, right - 8);
-    this.frame(across, across.round(Math.max(2, (right - names) / 90)), label);
+    const across = new Axis(values, { label }).span(names + 8, right - 8);
+    this.frame(across);
     for (const [place, mark] of this.marks.entries()) {
       mark.at = {
-        x: mark.mean === null ? names : across.at(mark.mean),
+        x: mark.mean === null ? names : across.pixel(mark.mean),
         y: top + (place + 0.5) * ((bottom - top) / this.marks.length),
       };
       const { element, at, low, high, point } = mark;
@@ -295,7 +297,7 @@ export class Plotted {
       const name = { class: "name", x: names - 8, y: at.y + 4, "text-anchor": "end" };
       element.append(drawn("text", name, words));
       if (low !== null && high !== null) {
-        const whisker = `M${across.at(low)} ${at.y}H${across.at(high)}`;
+        const whisker = `M${across.pixel(low)} ${at.y}H${across.pixel(high)}`;
         element.append(drawn("path", { class: "whisker", d: whisker }));
       }
       this.finish(mark, SHAPES[0]);
@@ -309,12 +311,12 @@ export class Plotted {
     if (!x || !y) return;
     const { left, top, bottom } = this.area;
     const right = this.area.right - 74;
-    const across = edged(x, left, right);
-    const along = edged(y, bottom, top);
+    const across = axisOf(x, x.edges, 0).span(left, right);
+    const along = axisOf(y, y.edges, 0).span(bottom, top);
     const means = this.marks.flatMap(({ mean }) => (mean === null ? [] : [mean]));
     const [low, high] = bounds(means);
-    this.frame(across, across.ticks(x.values), x.label, right);
-    this.levels(along, along.ticks(y.values), y.label, right);
+    this.frame(across, right);
+    this.levels(along, right);
     this.svg.append(hatching());
     for (const mark of this.marks) {
       this.cell(mark, across, along, (mark.mean ?? low) - low, high - low || 1);
@@ -334,8 +336,11 @@ export class Plotted {
     const { x, y } = this.data.figure;
     if (!x || !y) return;
     const { element, column, line, mean, point } = mark;
-    const [left, right] = [across.at(x.edges[column]), across.at(x.edges[column + 1])];
-    const [bottom, top] = [along.at(y.edges[line]), along.at(y.edges[line + 1])];
+    const [left, right] = [
+      across.pixel(x.edges[column]),
+      across.pixel(x.edges[column + 1]),
+    ];
+    const [bottom, top] = [along.pixel(y.edges[line]), along.pixel(y.edges[line + 1])];
     mark.at = { x: (left + right) / 2, y: (top + bottom) / 2 };
     const box = { x: left, y: top, width: right - left, height: bottom - top };
     if (mean !== null) {
@@ -392,40 +397,40 @@ export class Plotted {
   }
 
   // The axis below, and lines at its ticks.
-  /** @param {Axis} axis @param {number[]} ticks @param {string} label */
-  frame(axis, ticks, label, right = this.area.right) {
+  /** @param {Axis} axis */
+  frame(axis, right = this.area.right) {
     const { left, top, bottom } = this.area;
-    for (const value of ticks) {
-      const x = axis.at(value);
+    for (const { at, text } of axis.ticks) {
+      const x = axis.pixel(at);
       const middle = { class: "tick", x, y: bottom + 16, "text-anchor": "middle" };
       this.svg.append(
         drawn("path", { class: "grid", d: `M${x} ${top}V${bottom}` }),
-        drawn("text", middle, short(value)),
+        drawn("text", middle, text),
       );
     }
     const base = { class: "base", d: `M${left} ${bottom}H${right}` };
     const name = { class: "label", x: (left + right) / 2, y: bottom + 36 };
     this.svg.append(
       drawn("path", base),
-      drawn("text", { ...name, "text-anchor": "middle" }, label),
+      drawn("text", { ...name, "text-anchor": "middle" }, axis.label),
     );
   }
 
   // The axis on the left.
-  /** @param {Axis} axis @param {number[]} ticks @param {string} label */
-  levels(axis, ticks, label, right = this.area.right) {
+  /** @param {Axis} axis */
+  levels(axis, right = this.area.right) {
     const { left, top, bottom } = this.area;
-    for (const value of ticks) {
-      const y = axis.at(value);
+    for (const { at, text } of axis.ticks) {
+      const y = axis.pixel(at);
       const end = { class: "tick", x: left - 6, y: y + 4, "text-anchor": "end" };
       this.svg.append(
         drawn("path", { class: "grid", d: `M${left} ${y}H${right}` }),
-        drawn("text", end, short(value)),
+        drawn("text", end, text),
       );
     }
     const middle = (top + bottom) / 2;
     const name = { class: "label", transform: `translate(14 ${middle}) rotate(-90)` };
-    this.svg.append(drawn("text", { ...name, "text-anchor": "middle" }, label));
+    this.svg.append(drawn("text", { ...name, "text-anchor": "middle" }, axis.label));
   }
 
   // Shows which mark is chosen. One mark can be reached by Tab.
@@ -535,10 +540,10 @@ export class Plotted {
   }
 }
 
-// An axis of cells.
-/** @param {SupplementAxis} about @param {number} from @param {number} to */
-const edged = ({ edges, logarithmic }, from, to) =>
-  new Axis(edges[0], edges[edges.length - 1], from, to, logarithmic);
+// The axis of a parameter, with its values as ticks.
+/** @param {SupplementAxis} about @param {number[]} values @param {number} room */
+const axisOf = (about, values, room) =>
+  new Axis(values, { ...about, listed: about.values }, room);
 
 function hatching() {
   const lines = drawn("path", { class: "hatch", d: "M-2 2l4-4M0 8l8-8M6 10l4-4" });
