@@ -171,7 +171,6 @@ def _panel(panel: MarkedPanel) -> dict[str, Any]:
         "title": panel.title,
         "x": _axis(panel.x),
         "y": _axis(panel.y),
-        "edges": panel.edges,
         "line": panel.line._asdict(),
         "marks": _columns_and_data(panel.marks),
     }

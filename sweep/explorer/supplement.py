@@ -18,7 +18,7 @@ import pandas as pd
 from sweep.design import Job, job_seconds
 from sweep.errors import ChoiceError, StoreError
 from sweep.explorer.publishing import PaperTexts
-from sweep.explorer.supplement_figure import figure_data, form_of, named_row
+from sweep.explorer.supplement_figure import cells_of, figure_data, form_of, named_row
 from sweep.explorer.supplement_front import about_page, front_of
 from sweep.explorer.supplement_room import MOST_BYTES, RunLength, most_frames
 from sweep.explorer.supplement_runs import (
@@ -193,7 +193,15 @@ def planned(
         "figure": figure_data(selection, form, table, column),
         "headings": table.headings,
         "rows": json_rows(point_rows(chosen, table)),
-        "points": _points(table, groups, shown, column, by=form.by, colours=colours),
+        "points": _points(
+            table,
+            groups,
+            shown,
+            column,
+            by=form.by,
+            colours=colours,
+            cells=cells_of(selection, form, column),
+        ),
         "scenes": scenes,
         "role": choice.trials[0],
         "runs": runs,
@@ -255,11 +263,12 @@ def _points(
     column: Column,
     by: str,
     colours: Sequence[object],
+    cells: Mapping[str, dict[str, Any]],
 ) -> list[dict[str, Any]]:
     """Return the marks of the figure, one per row of the table.
 
     A mark has words, the index of a colour, and the indices of runs. A mark without
-    runs has the reason.
+    runs has the reason. A mark of a heatmap with a value has a cell.
     """
     points = []
     first = 0
@@ -271,6 +280,7 @@ def _points(
             "colour": colours.index(row[by]) if by else 0,
             "runs": list(range(first, first + len(own))),
             "why": "" if own else why_none(trials, column),
+            "cell": cells.get(str(trials["point"].iloc[0])),
         }
         first += len(own)
         points.append(point)

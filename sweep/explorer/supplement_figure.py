@@ -15,7 +15,8 @@ from sweep.figures import (
     MOST_BY_DEFAULT,
     MOST_COLOURS,
     Selection,
-    cell_edges,
+    axis_label,
+    cell_boxes,
     has_scale,
     is_logarithmic,
     quantity,
@@ -147,6 +148,27 @@ def figure_data(
     }
 
 
+def cells_of(
+    selection: Selection, form: FigureForm, column: Column
+) -> dict[str, dict[str, Any]]:
+    """Return the cell of each point with a value, by point id.
+
+    `box` has the left, right, lower and upper edge. Cells of a higher `order` lie over
+    the other cells. `resolved` is as in `sweep.figures.FigureMarks`. The result is
+    empty for another form.
+    """
+    if form.form != "cells":
+        return {}
+    boxes = cell_boxes(selection, str(column), form.x, form.y)
+    edges = boxes[["left", "right", "bottom", "top"]].to_numpy().tolist()
+    return {
+        point: {"box": box, "order": order, "resolved": bool(resolved)}
+        for order, (point, box, resolved) in enumerate(
+            zip(boxes["point"], edges, boxes["resolved"], strict=True)
+        )
+    }
+
+
 def _text(study: Results, metric: str) -> str:
     """Return the description of a metric; for a derived metric, the name."""
     known = study.known_metrics.get(metric)
@@ -154,17 +176,16 @@ def _text(study: Results, metric: str) -> str:
 
 
 def _axis(selection: Selection, name: str) -> dict[str, Any] | None:
-    """Return an axis of numbers: the values, and the edges of the cells."""
+    """Return an axis of numbers with the values."""
     if not name:
         return None
     values = np.array(selection.values(name), np.float64)
     logarithmic = bool(is_logarithmic(selection, name))
     return {
         "name": name,
-        "label": quantity(selection.study, name),
+        "label": axis_label(selection, name),
         "logarithmic": logarithmic,
         "values": values.tolist(),
-        "edges": cell_edges(values, logarithmic=logarithmic).tolist(),
     }
 
 

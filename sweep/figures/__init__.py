@@ -18,6 +18,7 @@ The command line, notebooks and published studies use this package.
 
     curves              metrics against time
     heatmap             a metric over two parameters
+    cells               the cells of a heatmap, for files and pages
     scatter             a metric against each parameter
 
     parallel            all parameters of the best points

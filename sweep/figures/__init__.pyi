@@ -2,6 +2,7 @@ import typing
 
 from .asked import check_shared as check_shared
 from .asked import plot_arguments as plot_arguments
+from .cells import cell_boxes as cell_boxes
 from .coverage import coverage_figure as coverage_figure
 from .curves import metric_curves as metric_curves
 from .directions import better_values as better_values
@@ -43,7 +44,7 @@ from .planning import Planned as Planned
 from .saving import about_study as about_study
 from .saving import save as save
 from .saving import saved_about as saved_about
-from .scales import cell_edges as cell_edges
+from .scales import axis_label as axis_label
 from .scales import is_logarithmic as is_logarithmic
 from .scatter import scatter_figure as scatter_figure
 from .selection import MOST_BY_DEFAULT as MOST_BY_DEFAULT

@@ -1,10 +1,8 @@
-"""A metric over two parameters: means and half-widths of the confidence intervals.
-
-Cells are points if the design is a grid, else bins.
-"""
+"""A metric over two parameters: means and half-widths of the confidence intervals."""
 
 from functools import partial
-from typing import NamedTuple
+from itertools import chain
+from typing import Literal
 
 import numpy as np
 import pandas as pd
@@ -14,39 +12,19 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.patches import Rectangle
-from numpy.typing import NDArray
 
-from sweep.analysis import CONFIDENCE, equal, group_bounds
+from sweep.analysis import equal
 from sweep.errors import ChoiceError
+from sweep.figures.cells import Cells, Heatmap, binned, cell_table, layers_of
 from sweep.figures.drawing import note, quantity, span, tidy_grid, title_panel
-from sweep.figures.marks import (
-    MOST_IDS,
-    FigureMarks,
-    MarkedAxis,
-    MarkedPanel,
-    axis_of,
-)
+from sweep.figures.marks import FigureMarks, MarkedAxis, MarkedPanel, axis_of
 from sweep.figures.planning import Choices, FigureKind, Planned
-from sweep.figures.scales import (
-    Floats,
-    bin_edges,
-    cell_edges,
-    is_logarithmic,
-    label_setting,
-    places,
-)
-from sweep.figures.selection import Facet, Selection, has_scale, recorded, select
+from sweep.figures.scales import Floats, axis_label, label_setting
+from sweep.figures.selection import Selection, has_scale, recorded, select
 from sweep.figures.style import STYLE
 from sweep.spec import Column, Over, column_over
 from sweep.tables import Results
 
-MOST_LISTED = 30
-"""The most values of a listed parameter that are not divided into bins."""
-MOST_DRAWN = 12
-"""The most values of a sampled parameter that are not divided into bins."""
-FEWEST_BINS = 3
-MOST_BINS = 12
-POINTS_A_BIN = 10
 HATCH = "////"
 UNRESOLVED = (
     "hatched: the confidence interval is wider than all steps to adjacent cells"
@@ -60,43 +38,6 @@ MOST_COUNTED = 2
 """The most panels in which each bin shows its number of points."""
 
 
-class Cells(NamedTuple):
-    """The cells of a panel, from which a heatmap is drawn.
-
-    `x` (columns + 1,) and `y` (rows + 1,) are edges. `mean`, `half` and `points` (rows,
-    columns) are the mean, the half-width of the confidence interval, and the number of
-    points. `places` maps the id of each point to the number of the cell, row after row.
-    """
-
-    x: Floats
-    y: Floats
-    mean: Floats
-    half: Floats
-    points: NDArray[np.int64]
-    places: "pd.Series[int]"
-
-
-class Heatmap(NamedTuple):
-    """The contents of a heatmap: a metric over two parameters, a panel per facet.
-
-    `binned` lists which of `x` and `y` are divided into bins. `mixed` lists further
-    parameters that differ between the points of a cell.
-    """
-
-    selection: Selection
-    metric: str
-    x: str
-    y: str
-    facets: list[Facet]
-    binned: list[str]
-    mixed: list[str]
-
-    @property
-    def averages(self) -> bool:
-        """True if a cell may hold several points."""
-        return bool(self.binned or self.mixed)
-
-
 def heatmap_figure(
     study: Results,
     metric: str,
@@ -107,11 +48,12 @@ def heatmap_figure(
 ) -> Figure:
     """Draw the mean of a metric over two parameters, and the half-width of the CI.
 
-    In a grid each cell is a point, and the mean is over replicates. A parameter with
-    more than 30 listed values, or 12 sampled values, is divided into bins. The mean of
-    a bin is over all points in the bin, also if the points differ in further sampled
-    parameters. A bin without points is white. Further listed parameters become panels.
-    Confidence intervals (CI) are at 95 %.
+    In a grid each cell is a point, and the mean is over replicates. The points of a
+    refined region have smaller cells. A parameter with more than 12 sampled values is
+    divided into bins, and so are parameters with more than 30 listed values if there
+    are more than 5,000 cells. The mean of a bin is over all points in the bin, also if
+    the points differ in further sampled parameters. A bin without points is white. Further
+    listed parameters become panels. Confidence intervals (CI) are at 95 %.
 
     Parameters
     ----------
@@ -190,22 +132,14 @@ def heatmap_layout(
         list(dict.fromkeys([across, up, *selection.sampled]))
     )
     facets = selection.panels(panel_settings, "heatmap")
-    binned = [name for name in (across, up) if is_binned(selection, name)]
+    bins = binned(selection, across, up)
     mixed = (
-        [name for name in selection.sampled if name not in (across, up)]
-        if binned
-        else []
+        [name for name in selection.sampled if name not in (across, up)] if bins else []
     )
     mixed = mixed or selection.mixed([across, up, *panel_settings])
     return Heatmap(
-        selection, metric, across, up, facets=facets, binned=binned, mixed=mixed
+        selection, metric, across, up, facets=facets, binned=bins, mixed=mixed
     )
-
-
-def is_binned(selection: Selection, name: str) -> bool:
-    """Return True if cells are bins of a parameter, and not single values."""
-    most = MOST_DRAWN if name in selection.sampled else MOST_LISTED
-    return has_scale(selection.points[name]) and len(selection.values(name)) > most
 
 
 def _preference(selection: Selection, name: str) -> tuple[bool, int]:
@@ -217,12 +151,12 @@ def draw_heatmap(layout: Heatmap) -> Figure:
     selection = layout.selection
     metric = layout.metric
     table = selection.table([metric])
-    cells = [_cells(layout, table.loc[facet.points]) for facet in layout.facets]
+    panels = [layers_of(layout, table.loc[facet.points]) for facet in layout.facets]
     name = quantity(selection.study, metric)
-    known = any(np.isfinite(panel.half).any() for panel in cells)
+    known = any(np.isfinite(cells.half).any() for cells in chain(*panels))
     with style.context(STYLE):
-        single = len(cells) == 1
-        down = -(-len(cells) // _across(layout))
+        single = len(panels) == 1
+        down = -(-len(panels) // _across(layout))
         number = 2 if known else 1
         width = 7.2 if known or not single else 4.2
         figure = Figure(
@@ -237,8 +171,8 @@ def draw_heatmap(layout: Heatmap) -> Figure:
         _block(
             blocks.flat[0],
             layout,
-            cells,
-            [panel.mean for panel in cells],
+            panels,
+            "mean",
             label=name,
             colours="viridis",
         )
@@ -246,12 +180,12 @@ def draw_heatmap(layout: Heatmap) -> Figure:
             _block(
                 blocks.flat[1],
                 layout,
-                cells,
-                [panel.half for panel in cells],
+                panels,
+                "half",
                 label=f"half-width of the 95 % CI of\n{name}",
                 colours="magma",
             )
-        note(figure, _note(layout, table, cells))
+        note(figure, _note(layout, table, panels))
     return figure
 
 
@@ -264,34 +198,39 @@ def _across(layout: Heatmap) -> int:
 def _block(
     block: SubFigure,
     layout: Heatmap,
-    cells: list[Cells],
-    values: list[Floats],
+    panels: list[list[Cells]],
+    values: Literal["mean", "half"],
     label: str,
     colours: str,
 ) -> None:
-    """Draw a panel per facet, with a common colour scale that has the label `label`."""
+    """Draw a panel per facet, with a common colour scale that has the label `label`.
+
+    Finer layers of cells lie over coarser layers.
+    """
     across = _across(layout)
-    panels = block.subplots(
-        -(-len(cells) // across), across, sharex=True, sharey=True, squeeze=False
+    grid = block.subplots(
+        -(-len(panels) // across), across, sharex=True, sharey=True, squeeze=False
     )
-    scale = _scale(values)
-    for axes, facet, panel, value in zip(
-        tidy_grid(panels, len(cells)), layout.facets, cells, values, strict=True
+    scale = _scale([getattr(cells, values) for cells in chain(*panels)])
+    for axes, facet, layers in zip(
+        tidy_grid(grid, len(panels)), layout.facets, panels, strict=True
     ):
-        _mesh(axes, panel, value, scale, colours=colours)
-        if value is panel.mean:
-            _hatch(axes, panel, scale(value))
+        for cells in layers:
+            _mesh(axes, cells, getattr(cells, values), scale, colours=colours)
+            if values == "mean":
+                _hatch(axes, cells, scale(cells.mean))
         label_setting(layout.selection, layout.x, axes)
         label_setting(layout.selection, layout.y, axes, "y")
         axes.set(xlabel="", ylabel="")
         title_panel(axes, facet.title.split(", "), across)
-        if layout.averages and len(cells) <= MOST_COUNTED and colours == "magma":
-            _count(axes, panel, scale(value))
-    block.supxlabel(quantity(layout.selection.study, layout.x), fontsize=9)
-    block.supylabel(quantity(layout.selection.study, layout.y), fontsize=9)
+        if layout.averages and len(panels) <= MOST_COUNTED and values == "half":
+            for cells in layers:
+                _count(axes, cells, scale(cells.half))
+    block.supxlabel(axis_label(layout.selection, layout.x), fontsize=9)
+    block.supylabel(axis_label(layout.selection, layout.y), fontsize=9)
     block.colorbar(
         ScalarMappable(scale, colours),
-        ax=list(panels.ravel()),
+        ax=list(grid.ravel()),
         label=label,
         shrink=0.9,
         pad=0.02,
@@ -320,7 +259,7 @@ def _mesh(
     axes: Axes, cells: Cells, value: Floats, scale: Normalize, colours: str
 ) -> None:
     axes.grid(visible=False)
-    shown = np.ma.masked_invalid(value)
+    shown = np.ma.masked_invalid(np.where(cells.shown, value, np.nan))
     axes.pcolormesh(
         cells.x,
         cells.y,
@@ -337,7 +276,7 @@ def _hatch(axes: Axes, cells: Cells, shade: Floats) -> None:
 
     `shade` (rows, columns) is the lightness of cells, from 0 (dark) to 1.
     """
-    for row, column in np.argwhere(~_resolved(cells)):
+    for row, column in np.argwhere(~cells.resolved):
         left, right = cells.x[column : column + 2]
         low, high = cells.y[row : row + 2]
         cell = Rectangle(
@@ -391,63 +330,13 @@ def _middles(edges: Floats, logarithmic: bool) -> Floats:
     )
 
 
-def _cells(layout: Heatmap, table: pd.DataFrame) -> Cells:
-    """Return the cells of the points of a panel.
-
-    If cells may contain several points, the interval is for the mean over the points.
-    Otherwise the interval is for the point.
-    """
-    metric = layout.metric
-    known = table[table[metric].notna()]
-    number = int(np.clip(np.sqrt(len(known) / POINTS_A_BIN), FEWEST_BINS, MOST_BINS))
-    (x, columns), (y, rows) = (
-        _divided(layout.selection, name, known, number) for name in (layout.x, layout.y)
-    )
-    shape = (len(y) - 1, len(x) - 1)
-    mean = np.full(shape, np.nan)
-    half = np.full(shape, np.nan)
-    points = np.zeros(shape, np.int64)
-    keys = rows * shape[1] + columns
-    groups = known.groupby(keys)[metric]
-    count = groups.size()
-    filled = np.asarray(count.index)
-    points.ravel()[filled] = count
-    mean.ravel()[filled] = groups.mean()
-    if layout.averages:
-        distribution = layout.selection.study.distributions[metric]
-        low, high = group_bounds(groups, CONFIDENCE, distribution)
-        half.ravel()[filled] = (high - low) / 2.0
-    else:
-        half.ravel()[keys] = (known[f"{metric}_high"] - known[f"{metric}_low"]) / 2.0
-    places = pd.Series(keys, known.index)
-    return Cells(x, y, mean, half, points=points, places=places)
-
-
-def _divided(
-    selection: Selection, name: str, table: pd.DataFrame, number: int
-) -> tuple[Floats, NDArray[np.int64]]:
-    """Return the edges of the cells of a parameter, and the cell of each point.
-
-    Edges are around the values of the parameter, or divide the range into `number`
-    bins.
-    """
-    every = np.unique(places(selection, name, selection.points[name]))
-    logarithmic = is_logarithmic(selection, name)
-    edges = (
-        bin_edges(every, number, logarithmic=logarithmic)
-        if is_binned(selection, name)
-        else cell_edges(every, logarithmic=logarithmic)
-    )
-    inside = np.digitize(places(selection, name, table[name]), edges) - 1
-    return edges, np.clip(inside, 0, len(edges) - 2)
-
-
-def _note(layout: Heatmap, table: pd.DataFrame, cells: list[Cells]) -> str:
+def _note(layout: Heatmap, table: pd.DataFrame, panels: list[list[Cells]]) -> str:
+    layers = [*chain(*panels)]
     counts = np.concatenate(
-        [panel.points[panel.points > 0] for panel in cells] or [np.zeros(1, np.int64)]
+        [cells.points[cells.points > 0] for cells in layers] or [np.zeros(1, np.int64)]
     )
     trials = table[f"{layout.metric}_n"]
-    hatched = any((~_resolved(panel)).any() for panel in cells)
+    hatched = any((~cells.resolved).any() for cells in layers)
     hatches = f";\n{UNRESOLVED}" if hatched else ""
     if not layout.averages:
         text = "one point per cell, {n} trials per point"
@@ -486,19 +375,15 @@ def marks(study: Results, choices: Choices) -> FigureMarks:
     layout = heatmap_layout(study, metric, choices.x, choices.y)
     selection = layout.selection
     table = selection.table([metric])
-    cells = [_cells(layout, table.loc[facet.points]) for facet in layout.facets]
+    layers = [layers_of(layout, table.loc[facet.points]) for facet in layout.facets]
     x, y = (_marked_axis(layout, name) for name in (layout.x, layout.y))
     panels = [
         MarkedPanel(
-            facet.title,
-            x,
-            y,
-            _marked(metric, panel, table.loc[facet.points]),
-            edges=(panel.x.tolist(), panel.y.tolist()),
+            facet.title, x, y, cell_table(layout, cells, table.loc[facet.points])
         )
-        for facet, panel in zip(layout.facets, cells, strict=True)
+        for facet, cells in zip(layout.facets, layers, strict=True)
     ]
-    note = _note(layout, table, cells)
+    note = _note(layout, table, layers)
     shown = (Column.read(metric).metric,)
     by = quantity(selection.study, metric)
     return FigureMarks("cells", shown, panels, note, by=by)
@@ -508,46 +393,6 @@ def _marked_axis(layout: Heatmap, name: str) -> MarkedAxis:
     """Return the axis of a parameter, without ticks at listed values if binned."""
     axis = axis_of(layout.selection, name)
     return axis._replace(listed=()) if name in layout.binned else axis
-
-
-def _marked(metric: str, cells: Cells, table: pd.DataFrame) -> pd.DataFrame:
-    """Return a table with a row per cell that has a point."""
-    rows, columns = np.nonzero(cells.points)
-    keys = rows * cells.mean.shape[1] + columns
-    ids = cells.places.index.to_series().groupby(cells.places)
-    trials = table.loc[cells.places.index, f"{metric}_n"].groupby(cells.places)
-    return pd.DataFrame(
-        {
-            "column": columns,
-            "row": rows,
-            "y": cells.mean[rows, columns],
-            "half": cells.half[rows, columns],
-            "n": trials.sum().reindex(keys).to_numpy(),
-            "points": cells.points[rows, columns],
-            "resolved": _resolved(cells)[rows, columns],
-            "point": ids.agg(lambda cell: " ".join(cell[:MOST_IDS]))
-            .reindex(keys)
-            .array,
-        }
-    )
-
-
-def _resolved(cells: Cells) -> NDArray[np.bool_]:
-    """Return which cells (rows, columns) are resolved.
-
-    The interval of a resolved cell is not wider than the largest step to one of the
-    four neighbours. A cell without an interval or a neighbour counts as resolved.
-    """
-    padded = np.pad(cells.mean, 1, constant_values=np.nan)
-    neighbours = [
-        padded[1:-1, 2:],
-        padded[1:-1, :-2],
-        padded[2:, 1:-1],
-        padded[:-2, 1:-1],
-    ]
-    steps = np.abs(np.stack(neighbours) - cells.mean)
-    largest = np.nanmax(np.where(np.isnan(steps), -np.inf, steps), axis=0)
-    return np.asarray(~((2 * cells.half > largest) & np.isfinite(largest)), np.bool_)
 
 
 KIND = FigureKind(

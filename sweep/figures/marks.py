@@ -11,7 +11,7 @@ import pandas as pd
 
 from sweep.errors import ChoiceError
 from sweep.figures.drawing import quantity, words
-from sweep.figures.scales import is_logarithmic
+from sweep.figures.scales import axis_label, is_logarithmic
 from sweep.figures.selection import Selection, has_scale
 from sweep.figures.style import COLOURS
 
@@ -49,15 +49,13 @@ class MarkedLine(NamedTuple):
 class MarkedPanel(NamedTuple):
     """A panel: title, axes, and `marks` with a row per mark.
 
-    `FigureMarks` describes the columns of the marks. `edges` are the edges of cells
-    along x and y.
+    `FigureMarks` describes the columns of the marks.
     """
 
     title: str
     x: MarkedAxis
     y: MarkedAxis
     marks: pd.DataFrame
-    edges: tuple[list[float], list[float]] = ([], [])
     line: MarkedLine = MarkedLine()
 
 
@@ -71,9 +69,11 @@ class FigureMarks(NamedTuple):
     - "paths": as "lines". The positions of one point are joined in order.
     - "points": as "lines", with x_low and x_high if x is a mean too. `best` is true for
       a mark on a front.
-    - "cells": column, row, y, half (half-width of the confidence interval), n, points
-      (number of points) and resolved. `resolved` is false if the interval is wider than
-      each step to a neighbour.
+    - "cells": left, right, bottom and top (the edges), across and up (the position of
+      the point on the axes, NaN on an axis with bins), y, half (half-width of the
+      confidence interval), n, points (number of points) and resolved. `resolved` is
+      false if the interval is wider than each step to a neighbour. Later cells lie over
+      earlier cells.
 
     `colour` is the index of a value in `values`, the values of `by`. `point` is the id
     of the point behind a mark, or several ids with spaces in between. `metrics` have
@@ -93,7 +93,7 @@ class FigureMarks(NamedTuple):
 
 def axis_of(selection: Selection, name: str) -> MarkedAxis:
     """Return the axis of a parameter."""
-    label = quantity(selection.study, name)
+    label = axis_label(selection, name)
     if has_scale(selection.points[name]):
         listed = selection.values(name) if name in selection.listed else ()
         ticks = tuple(float(str(value)) for value in listed)

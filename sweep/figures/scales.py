@@ -114,12 +114,18 @@ def bin_edges(values: Floats, number: int, *, logarithmic: bool = False) -> Floa
     return np.asarray(space(values.min(), values.max(), number + 1), np.float64)
 
 
+def axis_label(selection: Selection, name: str) -> str:
+    """Return the label of the axis of a parameter: name, unit, and a log scale."""
+    scale = ", log scale" if is_logarithmic(selection, name) else ""
+    return f"{quantity(selection.study, name)}{scale}"
+
+
 def label_setting(
     selection: Selection, name: str, axes: Axes, direction: Literal["x", "y"] = "x"
 ) -> None:
     """Set the label, the scale and the ticks of an axis of a parameter.
 
-    The label has the name and the unit. Ticks of values without a scale are names.
+    The label has the name, the unit, and "log scale". Ticks of values without a scale are names.
     Listed values get ticks: all values, or every second, third and so on, as many as
     fit.
 
@@ -132,7 +138,7 @@ def label_setting(
     direction : {"x", "y"}, default "x"
     """
     axis = axes.xaxis if direction == "x" else axes.yaxis
-    axis.set_label_text(quantity(selection.study, name))
+    axis.set_label_text(axis_label(selection, name))
     if not has_scale(selection.points[name]):
         names = [words(value) for value in selection.values(name)]
         turned = direction == "x" and _crowded(names)

@@ -86,10 +86,14 @@ export class Axis {
     return this.apart(this.some(values.map((at, i) => ({ at, text: texts[i] }))));
   }
 
-  // The label of the axis, with the factor of the numbers at its ticks.
+  // The label of the axis. A power of ten is a part of the unit: "speed (10⁻³ m/s)".
   get label() {
-    const factor = this.power === 1 ? "" : ` × ${decade(Math.log10(this.power))}`;
-    return unitText(this.about.label) + factor;
+    const label = unitText(this.about.label);
+    if (this.power === 1) return label;
+    const power = decade(Math.round(Math.log10(this.power)));
+    return label.endsWith(")")
+      ? label.replace(/\(([^(]*\))$/, `(${power} $1`)
+      : `${label} (${power})`;
   }
 
   // The power of ten that is left out of all numbers at the ticks: 1 for numbers that

@@ -4,35 +4,12 @@
 import { Axis } from "./axes.js";
 import { contextOf, make, short, unitText } from "./dom.js";
 import { Board, known, stroke } from "./board.js";
+import { ramp } from "./ramp.js";
 
 /** @import { Dot, Figure, Panel } from "./explorer.d.ts" */
 /** @import { Choose, Place } from "./picking.js" */
 
 const LIGHT = 0.6; // of the range; above it hatches are dark
-// viridis, at equal steps
-const RAMP = [
-  [68, 1, 84],
-  [72, 40, 120],
-  [62, 74, 137],
-  [49, 104, 142],
-  [38, 130, 142],
-  [31, 158, 137],
-  [53, 183, 121],
-  [109, 205, 89],
-  [180, 222, 44],
-  [253, 231, 37],
-];
-
-/** @param {number} part from 0 to 1 */
-function ramp(part) {
-  const place = Math.min(Math.max(part, 0), 1) * (RAMP.length - 1);
-  const low = Math.min(Math.floor(place), RAMP.length - 2);
-  const mixed = RAMP[low].map((one, i) =>
-    one + (place - low) * (RAMP[low + 1][i] - one)
-  );
-  return `rgb(${mixed.map(Math.round).join(" ")})`;
-}
-
 // The least and the largest value of all panels.
 /** @param {Panel[]} panels @returns {[number, number]} */
 export function rangeOf(panels) {
@@ -57,8 +34,11 @@ export class Cells extends Board {
 
   /** @override @returns {[Axis, Axis]} */
   scales() {
-    const { x, y, edges } = this.panel;
-    return [new Axis(edges[0], x, 0), new Axis(edges[1], y, 0)];
+    const { dots, panel: { x, y } } = this;
+    return [
+      new Axis(dots.flatMap(({ left, right }) => [left, right]), x, 0),
+      new Axis(dots.flatMap(({ bottom, top }) => [bottom, top]), y, 0),
+    ];
   }
 
   /**
@@ -66,13 +46,11 @@ export class Cells extends Board {
    * @returns {[number, number, number, number]} left, top, right, bottom
    */
   box(dot) {
-    const { x, y, panel: { edges } } = this;
-    if (!x || !y) return [0, 0, 0, 0];
     return [
-      x.pixel(edges[0][dot.column]),
-      y.pixel(edges[1][dot.row + 1]),
-      x.pixel(edges[0][dot.column + 1]),
-      y.pixel(edges[1][dot.row]),
+      this.pixel("x", dot.left),
+      this.pixel("y", dot.top),
+      this.pixel("x", dot.right),
+      this.pixel("y", dot.bottom),
     ];
   }
 
@@ -99,12 +77,10 @@ export class Cells extends Board {
   // At its values, which need not be the middle of the cell; those of a bin are.
   /** @override @param {Dot} dot @returns {Place} */
   placeOf(dot) {
-    const { x, y, panel } = this;
     const [left, top, right, bottom] = this.box(dot);
-    const [across, up] = [panel.x.listed[dot.column], panel.y.listed[dot.row]];
     return {
-      x: x && across !== undefined ? x.pixel(across) : (left + right) / 2,
-      y: y && up !== undefined ? y.pixel(up) : (top + bottom) / 2,
+      x: dot.across === null ? (left + right) / 2 : this.pixel("x", dot.across),
+      y: dot.up === null ? (top + bottom) / 2 : this.pixel("y", dot.up),
     };
   }
 
@@ -127,7 +103,7 @@ export class Cells extends Board {
 
   /** @override @param {Place} place @returns {Dot | null} */
   find({ x: left, y: top }) {
-    return this.dots.find((dot) => {
+    return this.dots.findLast((dot) => {
       const [first, upper, last, lower] = this.box(dot);
       return left >= first && left < last && top >= upper && top < lower;
     }) ?? null;

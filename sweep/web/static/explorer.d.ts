@@ -102,7 +102,6 @@ export interface Panel {
   title: string;
   x: FigureAxis;
   y: FigureAxis;
-  edges: [number[], number[]];
   line: { x: number[]; y: number[]; text: string };
   marks: { columns: string[]; index: number[]; data: (Known | string | boolean)[][] };
 }
@@ -143,8 +142,13 @@ export interface Dot {
   x_high: Known;
   n: Known;
   colour: number;
-  column: number;
-  row: number;
+  /** Of a cell: its edges, and where its point lies on both axes. */
+  left: number;
+  right: number;
+  bottom: number;
+  top: number;
+  across: Known;
+  up: Known;
   half: Known;
   points: Known;
   resolved: boolean;

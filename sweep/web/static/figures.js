@@ -13,6 +13,7 @@ import { Region } from "./region.js";
  *   Dot,
  *   Figure,
  *   FigureAxis,
+ *   Known,
  *   Panel,
  *   Published,
  *   StudyState,
@@ -353,7 +354,7 @@ function publishedLegend(published, form) {
 
 // Where a mark is, its metric with an interval, and the number of trials.
 /** @param {Figure} figure @param {Panel} panel @param {Dot} dot */
-function described(figure, { title, x, y, edges }, dot) {
+function described(figure, { title, x, y }, dot) {
   const trials = `${dot.n} trials`;
   const hint = "click to list them";
   if (dot.half !== undefined) {
@@ -363,8 +364,8 @@ function described(figure, { title, x, y, edges }, dot) {
     const many = dot.points === 1 ? "" : `, the mean of ${dot.points} points`;
     return [
       title,
-      `${unitText(x.label)}: ${placeOfCell(x, edges[0], dot.column)}`,
-      `${unitText(y.label)}: ${placeOfCell(y, edges[1], dot.row)}`,
+      `${unitText(x.label)}: ${placeOfCell(x, dot.across, [dot.left, dot.right])}`,
+      `${unitText(y.label)}: ${placeOfCell(y, dot.up, [dot.bottom, dot.top])}`,
       `${unitText(figure.by)}: ${short(dot.y, 3)}${half}`,
       `${trials}${many}; ${hint}`,
     ].filter(Boolean).join("\n");
@@ -385,13 +386,10 @@ function described(figure, { title, x, y, edges }, dot) {
 }
 
 // The value of a cell along an axis, or the ends of a bin.
-/** @param {FigureAxis} axis @param {number[]} edges @param {number} place */
-function placeOfCell(axis, edges, place) {
-  if (axis.names.length) return axis.names[place];
-  const { [place]: listed } = axis.listed;
-  return listed === undefined
-    ? `${short(edges[place])} to ${short(edges[place + 1])}`
-    : short(listed);
+/** @param {FigureAxis} axis @param {Known} place @param {[number, number]} edges */
+function placeOfCell({ names }, place, [low, high]) {
+  if (place === null) return `${short(low)} to ${short(high)}`;
+  return names.length ? names[place] : short(place);
 }
 
 /**

@@ -3,6 +3,7 @@
 
 import { make, short, spaced, unitText } from "./dom.js";
 import { Axis, bounds } from "./axes.js";
+import { ramp } from "./ramp.js";
 
 /**
  * @import {
@@ -26,18 +27,6 @@ const SHAPES = [
   "M0-5.8L5.4 4.2H-5.4z",
   "M0-6.2L6.2 0 0 6.2-6.2 0z",
 ];
-// Of viridis, from the least to the largest value.
-const RAMP = [
-  [68, 1, 84],
-  [70, 50, 127],
-  [54, 92, 141],
-  [39, 127, 142],
-  [31, 161, 135],
-  [74, 194, 109],
-  [159, 218, 58],
-  [253, 231, 37],
-];
-
 /** @typedef {{ x: number, y: number }} Place */
 /**
  * A mark: its point and row, its numbers, its place, and its column and row among the
@@ -79,16 +68,6 @@ const number = (value) => (typeof value === "number" ? value : null);
 function nearest(values, value) {
   const away = values.map((one) => Math.abs(one - Number(value)));
   return away.indexOf(Math.min(...away));
-}
-
-// The colour of a part from 0 to 1 of the ramp.
-/** @param {number} part */
-function shade(part) {
-  const place = Math.min(Math.max(part, 0), 1) * (RAMP.length - 1);
-  const first = Math.min(Math.floor(place), RAMP.length - 2);
-  const [one, two] = [RAMP[first], RAMP[first + 1]];
-  const mixed = one.map((a, i) => Math.round(a + (place - first) * (two[i] - a)));
-  return `rgb(${mixed.join(" ")})`;
 }
 
 // The mean of a row with its interval, in words.
@@ -198,6 +177,13 @@ export class Plotted {
     };
   }
 
+  // The marks in the order in which their cells lie over each other.
+  get layered() {
+    return this.marks.toSorted((a, b) =>
+      (a.point.cell?.order ?? -1) - (b.point.cell?.order ?? -1)
+    );
+  }
+
   /** @param {Mark} mark */
   ends({ mean, low, high }) {
     return [mean, low, high].filter((value) => value !== null);
@@ -304,24 +290,26 @@ export class Plotted {
     }
   }
 
-  // The metric as a colour over two settings. A cell is hatched as in the explorer: if
-  // its interval is wider than all steps to adjacent cells.
+  // The metric as a colour over two settings. A cell is hatched as in the explorer.
   drawHeatmap() {
     const { x, y, label } = this.data.figure;
     if (!x || !y) return;
     const { left, top, bottom } = this.area;
     const right = this.area.right - 74;
-    const across = axisOf(x, x.edges, 0).span(left, right);
-    const along = axisOf(y, y.edges, 0).span(bottom, top);
+    const boxes = this.marks.flatMap(({ point }) => point.cell ? [point.cell.box] : []);
+    const across = axisOf(x, boxes.flatMap(([low, high]) => [low, high]), 0)
+      .span(left, right);
+    const along = axisOf(y, boxes.flatMap(([, , low, high]) => [low, high]), 0)
+      .span(bottom, top);
     const means = this.marks.flatMap(({ mean }) => (mean === null ? [] : [mean]));
     const [low, high] = bounds(means);
     this.frame(across, right);
     this.levels(along, right);
     this.svg.append(hatching());
-    for (const mark of this.marks) {
+    for (const mark of this.layered) {
       this.cell(mark, across, along, (mark.mean ?? low) - low, high - low || 1);
     }
-    this.ramp(right + 18, low, high, label);
+    this.legend(right + 18, low, high, label);
     this.svg.append(this.ring);
   }
 
@@ -335,37 +323,31 @@ export class Plotted {
   cell(mark, across, along, above, span) {
     const { x, y } = this.data.figure;
     if (!x || !y) return;
-    const { element, column, line, mean, point } = mark;
-    const [left, right] = [
-      across.pixel(x.edges[column]),
-      across.pixel(x.edges[column + 1]),
-    ];
-    const [bottom, top] = [along.pixel(y.edges[line]), along.pixel(y.edges[line + 1])];
-    mark.at = { x: (left + right) / 2, y: (top + bottom) / 2 };
-    const box = { x: left, y: top, width: right - left, height: bottom - top };
-    if (mean !== null) {
+    const { element, point, row } = mark;
+    mark.at = {
+      x: across.pixel(Number(row[x.name])),
+      y: along.pixel(Number(row[y.name])),
+    };
+    const { cell } = point;
+    if (cell) {
+      const [low, high, lower, upper] = cell.box;
+      const [left, top] = [across.pixel(low), along.pixel(upper)];
+      const box = {
+        x: left,
+        y: top,
+        width: across.pixel(high) - left,
+        height: along.pixel(lower) - top,
+      };
+      mark.box = box;
       element.append(
-        drawn("rect", { ...box, class: "cell", fill: shade(above / span) }),
+        drawn("rect", { ...box, class: "cell", fill: ramp(above / span) }),
       );
-      if (this.unresolved(mark)) {
+      if (!cell.resolved) {
         element.append(drawn("rect", { ...box, fill: "url(#hatching)" }));
       }
     }
     element.append(drawn("title", {}, point.words));
-    mark.box = box;
     this.svg.append(element);
-  }
-
-  /** @param {Mark} mark */
-  unresolved({ mean, low, high, column, line }) {
-    if (mean === null || low === null || high === null) return false;
-    const steps = this.marks.flatMap((other) =>
-      Math.abs(other.column - column) + Math.abs(other.line - line) === 1 &&
-        other.mean !== null
-        ? [Math.abs(other.mean - mean)]
-        : []
-    );
-    return steps.length > 0 && high - low > Math.max(...steps);
   }
 
   // What the colours of a heatmap stand for.
@@ -375,14 +357,14 @@ export class Plotted {
    * @param {number} high
    * @param {string} label
    */
-  ramp(x, low, high, label) {
+  legend(x, low, high, label) {
     const { top, bottom } = this.area;
     const parts = 32;
     const tall = (bottom - top - 40) / parts;
     for (let k = 0; k < parts; k++) {
       const y = bottom - (k + 1) * tall;
       const box = { x, y, width: 12, height: tall + 0.5 };
-      this.svg.append(drawn("rect", { ...box, fill: shade((k + 0.5) / parts) }));
+      this.svg.append(drawn("rect", { ...box, fill: ramp((k + 0.5) / parts) }));
     }
     const text = { class: "tick", x: x + 16 };
     this.svg.append(
@@ -460,6 +442,8 @@ export class Plotted {
     const scale = this.width / (box.width || 1);
     const [x, y] = [(clientX - box.left) * scale, (clientY - box.top) * scale];
     const { form } = this.data.figure;
+    const cell = this.layered.findLast(({ box }) => box && isWithin(box, x, y));
+    if (cell) return this.marks.indexOf(cell);
     // Across a figure of curves the setting counts more than the value.
     const [wide, tall] = form === "lines" ? [4, 1] : form === "rows" ? [0, 1] : [1, 1];
     const away = this.marks.map(({ at }) =>
@@ -544,6 +528,10 @@ export class Plotted {
 /** @param {SupplementAxis} about @param {number[]} values @param {number} room */
 const axisOf = (about, values, room) =>
   new Axis(values, { ...about, listed: about.values }, room);
+
+/** @param {Record<string, number>} box @param {number} x @param {number} y */
+const isWithin = (box, x, y) =>
+  x >= box.x && x < box.x + box.width && y >= box.y && y < box.y + box.height;
 
 function hatching() {
   const lines = drawn("path", { class: "hatch", d: "M-2 2l4-4M0 8l8-8M6 10l4-4" });

@@ -3,13 +3,12 @@
 
 import type { Scene, SensesOf } from "./protocol.d.ts";
 
-/** An axis of numbers; `edges` are those of the cells about its values. */
+/** An axis of numbers. */
 export interface SupplementAxis {
   name: string;
   label: string;
   logarithmic: boolean;
   values: number[];
-  edges: number[];
 }
 
 /** A row of `sweep table --json`. */
@@ -21,6 +20,12 @@ export interface SupplementPoint {
   colour: number;
   runs: number[];
   why: string;
+  /** Of a heatmap: the edges of its cell, which lies over those of a lower order. */
+  cell: {
+    box: [left: number, right: number, bottom: number, top: number];
+    order: number;
+    resolved: boolean;
+  } | null;
 }
 
 /** A stored trial that was run again; `values` are those of the metric. */
