@@ -17,7 +17,7 @@ from sweep.own_code.reading import with_variants
 from sweep.spec.study import parse_spec
 from sweep.tables.stored_study import StoredStudy
 from sweep.workers.executors import Serial
-from tests.sampled import MadeUp, ishigami, study_of
+from tests.sampled import MadeUp, axes_of, ishigami, study_of
 from tests.searches import TINY, asked_by, edited
 from tests.studies import COVERING, SMALL, launched
 
@@ -175,7 +175,7 @@ def made_up(
 ) -> MadeUp:
     """A study of `sampled.study_of` that has a spec too."""
     study = study_of(sweep, function, **options)
-    study.provenance["spec"] = f"sweep: {{{sweep}}}"
+    study.provenance["spec"] = f"sweep: {axes_of(sweep)}"
     return study
 
 

@@ -64,6 +64,11 @@ class MadeUp(StoredStudy):
         self.trials = plan.to_pandas().assign(status="done", speed=speed)
 
 
+def axes_of(sweep: str) -> str:
+    """The value of `sweep:`; a list of designs stays as it is."""
+    return sweep if sweep.startswith("[") else f"{{{sweep}}}"
+
+
 def study_of(
     sweep: str,
     function: Callable[[pd.DataFrame], np.ndarray] = ishigami,
@@ -77,7 +82,7 @@ def study_of(
 
     `seed` is that of the noise and of the spec.
     """
-    text = short(f"sweep: {{{sweep}}}").replace(
+    text = short(f"sweep: {axes_of(sweep)}").replace(
         "replicates: 2", f"replicates: {replicates}"
     )
     spec = parse_spec(text.replace("seed: 1", f"seed: {seed}"))

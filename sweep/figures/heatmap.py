@@ -52,8 +52,8 @@ def heatmap_figure(
     refined region have smaller cells. A parameter with more than 12 sampled values is
     divided into bins, and so are parameters with more than 30 listed values if there
     are more than 5,000 cells. The mean of a bin is over all points in the bin, also if
-    the points differ in further sampled parameters. A bin without points is white. Further
-    listed parameters become panels. Confidence intervals (CI) are at 95 %.
+    the points differ in further sampled parameters. A bin without points is white.
+    Further listed parameters become panels. Confidence intervals (CI) are at 95 %.
 
     Parameters
     ----------

@@ -125,9 +125,9 @@ def label_setting(
 ) -> None:
     """Set the label, the scale and the ticks of an axis of a parameter.
 
-    The label has the name, the unit, and "log scale". Ticks of values without a scale are names.
-    Listed values get ticks: all values, or every second, third and so on, as many as
-    fit.
+    The label has the name, the unit, and "log scale". Ticks of values without a scale
+    are names. Listed values get ticks: all values, or every second, third and so on, as
+    many as fit.
 
     Parameters
     ----------

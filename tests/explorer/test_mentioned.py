@@ -9,6 +9,7 @@ from sweep.errors import ChoiceError
 from sweep.explorer import mentioned
 from sweep.explorer.site import site_of
 from sweep.explorer.watching import Watched
+from sweep.figures import cells
 from tests import plotted
 from tests.many_trials import many_trials
 from tests.studies import SMALL
@@ -97,9 +98,18 @@ def test_ticks_of_listed_values_stand_at_them_and_others_at_none() -> None:
     assert listed["separation_weight"] == ()
 
 
-def test_a_bin_has_no_tick_at_a_listed_value(tmp_path: Path) -> None:
+def test_a_bin_has_no_tick_at_a_listed_value(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(cells, "MOST_CELLS", 31 * 2 - 1)
     many_trials(tmp_path, 31, 2, 1, parts=1)
     answer = site_of(Watched(tmp_path)).answers["figure"]
     panel = answer([("study", "many"), ("kind", "heatmap")])["panels"][0]
-    assert len(panel["edges"][0]) < 31
+    rows = [
+        dict(zip(panel["marks"]["columns"], row, strict=True))
+        for row in panel["marks"]["data"]
+    ]
+    assert len({row["left"] for row in rows}) < 31
+    assert {row["across"] for row in rows} == {None}
+    assert {row["up"] for row in rows} == {0, 1}
     assert (panel["x"]["listed"], panel["y"]["listed"]) == ((), (0, 1))

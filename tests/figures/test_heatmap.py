@@ -22,7 +22,7 @@ from tests.plotted import ascending, made_up, shown, study, titles
 from tests.sampled import axis
 
 
-def values(figure: Figure) -> list[np.ndarray]:
+def values_of(figure: Figure) -> list[np.ndarray]:
     """The numbers in the cells of each panel, NaN where there is none: means first,
     then half widths.
     """
@@ -50,7 +50,7 @@ def test_cells_of_a_grid_are_those_of_the_table() -> None:
     torus = table[table["borders"] == "torus"].assign(
         half=lambda rows: (rows["speed_high"] - rows["speed_low"]) / 2
     )
-    means, _, halves, _ = values(figure)
+    means, _, halves, _ = values_of(figure)
     for found, column in ((means, "speed"), (halves, "half")):
         wanted = torus.pivot(
             index="separation_weight", columns="alignment_weight", values=column
@@ -104,9 +104,8 @@ def test_a_cell_is_hatched_where_its_neighbours_may_be_equal_to_it() -> None:
     (panel,) = _marks_of_explorer("sized").panels
     hidden = panel.marks[~panel.marks["resolved"]]
     assert 0 < len(wanted) < mean.size
-    assert sorted(zip(hidden["row"], hidden["column"], strict=True)) == sorted(
-        map(tuple, wanted)
-    )
+    places = {(mean.index[row], mean.columns[column]) for row, column in wanted}
+    assert {*zip(hidden["up"], hidden["across"], strict=True)} == places
     mesh = figure.axes[0].collections[0]
     assert isinstance(mesh, QuadMesh)
     corners = mesh.get_coordinates()
@@ -116,6 +115,69 @@ def test_a_cell_is_hatched_where_its_neighbours_may_be_equal_to_it() -> None:
     }
     assert hatched(figure) == middles
     assert "hatched: the confidence interval is wider than" in shown(figure)
+
+
+REFINED = """[{cohesion_weight: [1, 2, 3], separation_weight: [4, 6, 8]},
+ {cohesion_weight: [2, 2.5, 3], separation_weight: [6, 7, 8]}, {cohesion_weight: [2.75], separation_weight: [6, 7, 8]}]"""
+"""A grid, whose upper right quarter is refined, and a column of it once more."""
+AROUND = {1: (0.5, 1.5), 2: (1.5, 2.5), 3: (2.5, 3.5)}
+"""Edges of cells of the first grid along x. Those of a finer column are halves."""
+
+
+def test_cells_of_a_refined_region_lie_over_those_of_the_first_grid() -> None:
+    """Each cell of the first grid keeps its size, so that no place is left white."""
+    made = made_up(REFINED, ascending)
+    marks = KINDS["heatmap"].marks(
+        made, Choices(("speed",), x="cohesion_weight", y="separation_weight")
+    )
+    assert isinstance(marks, FigureMarks)
+    cells = marks.panels[0].marks
+    edges = {
+        (row.across, row.up): (row.left, row.right, row.bottom, row.top)
+        for row in cells.itertuples()
+    }
+    for x, (left, right) in AROUND.items():
+        for y in (4, 6, 8):
+            assert edges[x, y] == (left, right, y - 1, y + 1)
+    assert edges[2.5, 7] == (2.25, 2.75, 6.5, 7.5)
+    assert edges[2.75, 7] == (2.625, 2.875, 6.5, 7.5)
+    last = cells[cells["across"].isin([2.5, 2.75]) | (cells["up"] == 7)]
+    assert last.index.min() == 9  # the first grid is drawn first
+    assert len(cells) == 9 + 5 + 3
+    x, y = np.meshgrid(np.linspace(0.51, 3.49, 40), np.linspace(3.01, 8.99, 40))
+    figure = heatmap_figure(made, "speed", "cohesion_weight", "separation_weight")
+    assert np.all(sum(_has(mesh, x, y) for mesh in figure.axes[0].collections))
+
+
+def _has(mesh: object, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Whether places lie in a cell that a mesh colours."""
+    assert isinstance(mesh, QuadMesh)
+    corners = mesh.get_coordinates()
+    column = np.searchsorted(corners[0, :, 0], x) - 1
+    row = np.searchsorted(corners[:, 0, 1], y) - 1
+    array = np.ma.filled(np.ma.asarray(mesh.get_array(), np.float64), np.nan)
+    rows, columns = array.shape
+    within = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
+    there = ~np.isnan(array[np.clip(row, 0, rows - 1), np.clip(column, 0, columns - 1)])
+    return np.asarray(within & there, np.int64)
+
+
+def test_a_grid_that_is_not_whole_has_one_layer() -> None:
+    made = made_up(
+        "[{cohesion_weight: [1, 2], separation_weight: [4, 6]}, {cohesion_weight: [3], separation_weight: [6, 8]}]"
+    )
+    figure = heatmap_figure(made, "speed", "cohesion_weight", "separation_weight")
+    (mesh,) = figure.axes[0].collections
+    assert isinstance(mesh, QuadMesh)
+    assert np.ma.count_masked(np.ma.asarray(mesh.get_array())) == 9 - 6
+
+
+def test_a_phase_diagram_of_a_hundred_values_has_a_cell_for_each() -> None:
+    values = ", ".join(str(value) for value in range(101))
+    made = made_up(f"n: [10, 20, 40], cohesion_weight: [{values}]", ascending)
+    (means,) = values_of(heatmap_figure(made, "speed", "cohesion_weight", "n"))
+    assert means.shape == (3, 101)
+    assert not np.isnan(means).any()
 
 
 def scales(figure: Figure) -> list[tuple[float, float]]:
@@ -189,7 +251,7 @@ def test_axes_and_colour_bars_are_labelled() -> None:
     )
     left, right = figure.subfigs
     assert (left.get_supxlabel(), left.get_supylabel()) == (
-        "alignment weight",
+        "alignment weight, log scale",
         "separation weight",
     )
     bars = [
@@ -203,7 +265,7 @@ def test_axes_and_colour_bars_are_labelled() -> None:
 def test_bins_are_means_over_their_points_and_empty_ones_are_white() -> None:
     made = made_up(axis("random", 90))
     figure = heatmap_figure(made, "speed")
-    means, halves = values(figure)
+    means, halves = values_of(figure)
     assert means.shape == (3, 3)
     points = made.trials.groupby("point").first()
     inside = points[
@@ -224,7 +286,7 @@ def test_bins_are_means_over_their_points_and_empty_ones_are_white() -> None:
 def test_a_bin_without_points_has_no_colour() -> None:
     sparse = made_up(axis("random", 14), ascending)
     table = heatmap_figure(sparse, "speed")
-    means, _ = values(table)
+    means, _ = values_of(table)
     assert np.isnan(means).any()
     assert "white: no point" in shown(table)
 
@@ -235,7 +297,7 @@ def test_points_without_a_value_leave_their_cell_empty() -> None:
         grid.trials["point"] == grid.trials["point"][0], ["status", "speed"]
     ] = "failed", np.nan
     grid.trials["speed"] += 0.01 * np.arange(len(grid.trials))
-    means, halves = values(heatmap_figure(grid, "speed", "n", "cohesion_weight"))
+    means, halves = values_of(heatmap_figure(grid, "speed", "n", "cohesion_weight"))
     assert np.isnan(means).sum() == np.isnan(halves).sum() == 1
 
 
@@ -286,7 +348,7 @@ ENDLESS = "obstacle_range: [10, 1.0e308, .inf], drag: [0, 0.5]"
 def test_numbers_too_far_out_for_an_axis_are_named() -> None:
     figure = heatmap_figure(made_up(ENDLESS, ascending), "speed", "obstacle_range")
     figure.draw_without_rendering()
-    (means,) = values(figure)
+    (means,) = values_of(figure)
     np.testing.assert_array_equal(means, [[0, 2, 4], [1, 3, 5]])
     names = [label.get_text() for label in figure.axes[0].get_xticklabels()]
     assert names == ["10", "1e+308", "unlimited"]

@@ -66,7 +66,7 @@ def test_a_grid_has_a_colour_and_panels_for_what_is_on_no_axis() -> None:
     figure = scatter_figure(study("grid"), "speed")
     assert legend_texts(figure) == ["torus", "bounded"]
     assert [axes.get_xlabel() for axes in figure.axes] == ["separation weight"] * 3 + [
-        "alignment weight"
+        "alignment weight, log scale"
     ] * 3
     assert titles(figure)[:2] == ["alignment weight = 0.01", "alignment weight = 0.1"]
     assert [len(dots(axes)) for axes in figure.axes] == [6] * 6

@@ -219,7 +219,7 @@ def test_a_heatmap_has_the_hatched_cells_of_the_explorer(
     )
     assert isinstance(marks_of_explorer, FigureMarks)
     (panel,) = marks_of_explorer.panels
-    resolved = panel.marks.set_index(["column", "row"])["resolved"]
+    resolved = panel.marks["resolved"]
     page = shown(grid)
     hatched = marks(page).filter(has=page.locator("[fill='url(#hatching)']"))
     assert 0 < hatched.count() < len(resolved)
