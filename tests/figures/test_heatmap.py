@@ -117,8 +117,10 @@ def test_a_cell_is_hatched_where_its_neighbours_may_be_equal_to_it() -> None:
     assert "hatched: the confidence interval is wider than" in shown(figure)
 
 
-REFINED = """[{cohesion_weight: [1, 2, 3], separation_weight: [4, 6, 8]},
- {cohesion_weight: [2, 2.5, 3], separation_weight: [6, 7, 8]}, {cohesion_weight: [2.75], separation_weight: [6, 7, 8]}]"""
+REFINED = """[
+  {cohesion_weight: [1, 2, 3], separation_weight: [4, 6, 8]},
+  {cohesion_weight: [2, 2.5, 3], separation_weight: [6, 7, 8]},
+  {cohesion_weight: [2.75], separation_weight: [6, 7, 8]}]"""
 """A grid, whose upper right quarter is refined, and a column of it once more."""
 AROUND = {1: (0.5, 1.5), 2: (1.5, 2.5), 3: (2.5, 3.5)}
 """Edges of cells of the first grid along x. Those of a finer column are halves."""
@@ -163,9 +165,9 @@ def _has(mesh: object, x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def test_a_grid_that_is_not_whole_has_one_layer() -> None:
-    made = made_up(
-        "[{cohesion_weight: [1, 2], separation_weight: [4, 6]}, {cohesion_weight: [3], separation_weight: [6, 8]}]"
-    )
+    first = "{cohesion_weight: [1, 2], separation_weight: [4, 6]}"
+    other = "{cohesion_weight: [3], separation_weight: [6, 8]}"
+    made = made_up(f"[{first}, {other}]", ascending)
     figure = heatmap_figure(made, "speed", "cohesion_weight", "separation_weight")
     (mesh,) = figure.axes[0].collections
     assert isinstance(mesh, QuadMesh)
