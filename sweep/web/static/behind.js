@@ -1,13 +1,15 @@
 // The trials behind a point, those to look at first, and the place of the one that
 // plays.
 
-import { make, short, spaced } from "./dom.js";
+import { make, short, spaced, unitText } from "./dom.js";
 import { ask } from "./ask.js";
+import { Axis } from "./axes.js";
 import { PagedTable } from "./rows.js";
 
 /** @import { Choice, Trial, Trials } from "./explorer.d.ts" */
 
 export const ALL = "all"; // in place of the ids of points
+export const MEDIAN = "median"; // in place of the id of a trial
 
 export class TrialTable {
   page = 0;
@@ -16,9 +18,16 @@ export class TrialTable {
   /** @type {Choice | null} */
   choice = null;
 
-  /** @param {(change: Partial<Choice>) => void} go @param {string} name */
-  constructor(go, name = "trials") {
+  // `settle` goes to a choice in place of the present one.
+  /**
+   * @param {(change: Partial<Choice>) => void} go
+   * @param {string} name
+   * @param {(change: Partial<Choice>) => void} settle
+   */
+  constructor(go, name = "trials", settle = go) {
     this.go = go;
+    this.settle = settle;
+    this.dots = new TrialDots(go);
     this.name = name;
     this.title = make("h2");
     this.table = new PagedTable(name, (page) => this.turn(page));
@@ -57,6 +66,9 @@ export class TrialTable {
     if (asked !== JSON.stringify(this.asked)) return;
     this.trials = trials;
     this.draw();
+    if (choice.trial !== MEDIAN) return;
+    const median = trials.rows.find(({ part }) => part === MEDIAN) ?? trials.rows[0];
+    this.settle({ trial: median?.trial_id ?? "" });
   }
 
   draw() {
@@ -74,7 +86,10 @@ export class TrialTable {
       note: settingsSaid(settings[trial.point]),
       more: this.besideOf(trial.trial_id, choice),
     }));
-    const value = `${spaced(metric)}${unit ? ` (${unit})` : ""}`;
+    const value = `${spaced(metric)}${unit ? ` (${unitText(unit)})` : ""}`;
+    this.dots.show(points.length === 1 ? trials.rows : [], value, choice);
+    const row = trials.rows.find(({ trial_id: id }) => id === choice.trial);
+    this.dots.tell(row ? [settingsSaid(settings[row.point]), told(row, unit)] : []);
     const headings = ["trial", "replicate", value, "reason"].map((text) => ({
       text,
     }));
@@ -115,6 +130,83 @@ const settingsSaid = (settings) =>
     `${spaced(name)} ${short(typeof value === "number" ? value : String(value))}`
   ).join(", ") || "the only point";
 
+// A trial by its replicate, with its value.
+/** @param {Trial} trial @param {string} unit */
+function told({ replicate, value, part }, unit) {
+  const of = unit && ` ${unitText(unit)}`;
+  return `replicate ${replicate}: ${short(value)}${of}${part ? `, the ${part}` : ""}`;
+}
+
+// The trials of a point as dots on the axis of the metric. A click plays the nearest
+// trial; with Alt or Shift it plays beside the one that plays. The table has the same.
+export class TrialDots {
+  /** @type {{ trial: Trial, place: number }[]} */
+  dots = [];
+  playing = "";
+
+  /** @param {(change: Partial<Choice>) => void} go */
+  constructor(go) {
+    this.go = go;
+    this.words = make("p", { className: "facts" });
+    this.line = make("div", { className: "line", "aria-hidden": "true" });
+    this.low = make("span");
+    this.name = make("span");
+    this.high = make("span");
+    this.element = make(
+      "div",
+      { className: "dots" },
+      this.words,
+      this.line,
+      make("div", { className: "row spread" }, this.low, this.name, this.high),
+    );
+    this.line.addEventListener("click", (event) => this.take(event));
+  }
+
+  // What is said of the trial that plays.
+  /** @param {string[]} parts */
+  tell(parts) {
+    this.words.textContent = parts.join("; ");
+  }
+
+  /** @param {Trial[]} trials @param {string} name @param {Choice} choice */
+  show(trials, name, { trial: playing, beside }) {
+    const known = trials.filter(({ status, value }) =>
+      status === "done" && value !== null
+    );
+    const values = known.map(({ value }) => Number(value));
+    const axis = new Axis(values).span(0, 100);
+    this.element.hidden = known.length < 2;
+    this.playing = playing;
+    this.dots = known.map((trial) => ({
+      trial,
+      place: axis.pixel(Number(trial.value)),
+    }));
+    this.line.replaceChildren(...this.dots.map(({ trial, place }) => {
+      const { trial_id: id } = trial;
+      const dot = make("i", { title: told(trial, "") });
+      dot.classList.toggle("chosen", id === playing || id === beside);
+      dot.style.left = `${place}%`;
+      return dot;
+    }));
+    this.low.textContent = short(axis.value(0), 3);
+    this.high.textContent = short(axis.value(100), 3);
+    this.name.textContent = name;
+  }
+
+  /** @param {MouseEvent} event */
+  take({ clientX, altKey, shiftKey }) {
+    const { left, width } = this.line.getBoundingClientRect();
+    const at = 100 * (clientX - left) / width;
+    const [nearest] = this.dots.toSorted((a, b) =>
+      Math.abs(a.place - at) - Math.abs(b.place - at)
+    );
+    if (!nearest) return;
+    const { trial_id: id } = nearest.trial;
+    const together = (altKey || shiftKey) && this.playing && this.playing !== id;
+    this.go(together ? { beside: id } : { trial: id, beside: "" });
+  }
+}
+
 // The place of the player, whose scripts are loaded when the first trial plays.
 export class Player {
   /** @type {import("./played.js").Played | null} */
@@ -122,9 +214,11 @@ export class Player {
   /** @type {Choice | null} */
   choice = null;
 
-  /** @param {(change: Partial<Choice>) => void} go */
-  constructor(go) {
+  // `about` is what stands above the player.
+  /** @param {(change: Partial<Choice>) => void} go @param {HTMLElement[]} about */
+  constructor(go, ...about) {
     this.go = go;
+    this.about = about;
     this.element = make("section", {
       className: "card",
       "aria-label": "player",
@@ -134,11 +228,12 @@ export class Player {
 
   /** @param {Choice} choice */
   async show(choice) {
+    if (choice.trial === MEDIAN) return; // its id is asked for
     this.choice = choice;
     this.element.hidden = !choice.trial;
     if (!choice.trial && !this.played) return;
     const { Played } = await import("./played.js");
-    this.played ??= new Played(this.element, this.go);
+    this.played ??= new Played(this.element, this.go, this.about);
     this.played.show(this.choice);
   }
 }

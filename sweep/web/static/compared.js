@@ -112,8 +112,8 @@ export class ComparedView {
       make(
         "div",
         { className: "behind" },
-        ...this.trials.map((one) => one.element),
         this.player.element,
+        ...this.trials.map((one) => one.element),
       ),
     );
   }

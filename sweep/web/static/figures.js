@@ -2,6 +2,7 @@
 
 import { make, short, spaced, unitText } from "./dom.js";
 import { ask, Refused } from "./ask.js";
+import { MEDIAN } from "./behind.js";
 import { Dots, shade } from "./dots.js";
 import { Lines } from "./lines.js";
 import { MOST_POINTS } from "./picking.js";
@@ -245,7 +246,9 @@ export class FigurePanel {
     this.crowd.hidden = !many;
     this.crowd.textContent = `${points.length.toLocaleString("en")} points; up to ` +
       `${MOST_POINTS} can be chosen at once`;
-    this.go({ region, ...(many ? {} : { point: points.join(" ") }) });
+    const chosen = many ? {} : { point: points.join(" ") };
+    const one = points.length === 1 ? { trial: MEDIAN, beside: "" } : {};
+    this.go({ region, ...chosen, ...one });
   }
 
   // The points that are chosen stand out, before anything is asked.
@@ -356,7 +359,9 @@ function publishedLegend(published, form) {
 /** @param {Figure} figure @param {Panel} panel @param {Dot} dot */
 function described(figure, { title, x, y }, dot) {
   const trials = `${dot.n} trials`;
-  const hint = "click to list them";
+  const hint = dot.point.includes(" ")
+    ? "click to list them"
+    : "click to play the median";
   if (dot.half !== undefined) {
     const half = dot.half === null
       ? ""

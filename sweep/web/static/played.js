@@ -18,18 +18,33 @@ export class Played {
   mounted = null;
   shown = "";
 
-  /** @param {HTMLElement} element @param {(change: Partial<Choice>) => void} go */
-  constructor(element, go) {
+  /**
+   * @param {HTMLElement} element
+   * @param {(change: Partial<Choice>) => void} go
+   * @param {HTMLElement[]} about
+   */
+  constructor(element, go, about) {
     this.element = element;
     this.go = go;
     this.title = make("h2");
     this.words = make("span", { className: "facts" });
     this.links = make("span", { className: "row" });
-    this.place = make("div", { className: "player" });
-    element.append(
-      make("div", { className: "row spread" }, this.title, this.words, this.links),
-      this.place,
-    );
+    this.place = make("div", { className: "player bare" });
+    this.more = make("button", {
+      type: "button",
+      textContent: "All controls",
+      "aria-pressed": "false",
+      on: { click: () => this.widen() },
+    });
+    const right = make("div", { className: "row" }, this.words, this.links, this.more);
+    element.append(make("div", { className: "row spread" }, this.title, right));
+    element.append(...about, this.place);
+  }
+
+  // Shows what else the simulator has, or hides it again.
+  widen() {
+    const bare = this.place.classList.toggle("bare");
+    this.more.setAttribute("aria-pressed", String(!bare));
   }
 
   /** @param {Choice} choice */
@@ -58,7 +73,9 @@ export class Played {
   /** @param {Stored} stored */
   play(stored) {
     // A view says `stored` to each server: what is gone to in the player is kept there.
+    const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
     const mounted = mount(this.place, new Socket(), {
+      opening: { speed: null, overlays: [], beside: "", run: !still },
       page: [pageId(), this.shown].join(" "),
       stored,
       alone: (side) => this.go({ trial: stored[SIDES[side]], beside: "" }),

@@ -442,7 +442,7 @@ export class Plotted {
     const scale = this.width / (box.width || 1);
     const [x, y] = [(clientX - box.left) * scale, (clientY - box.top) * scale];
     const { form } = this.data.figure;
-    const cell = this.layered.findLast(({ box }) => box && isWithin(box, x, y));
+    const cell = this.layered.findLast((mark) => mark.box && isWithin(mark.box, x, y));
     if (cell) return this.marks.indexOf(cell);
     // Across a figure of curves the setting counts more than the value.
     const [wide, tall] = form === "lines" ? [4, 1] : form === "rows" ? [0, 1] : [1, 1];

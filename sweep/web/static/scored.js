@@ -54,9 +54,9 @@ export class ScorecardView {
       make(
         "div",
         { className: "behind" },
+        this.player.element,
         this.claim,
         this.sides,
-        this.player.element,
       ),
     );
   }

@@ -85,6 +85,7 @@ export class Explorer {
   constructor(root) {
     this.root = root;
     const go = (/** @type {Partial<Choice>} */ change) => this.go(change);
+    const settle = (/** @type {Partial<Choice>} */ change) => this.settle(change);
     const command = (/** @type {string} */ text) => commandLine(text);
     this.parts = { go, command };
     this.banner = make("p", { className: "refusal", role: "alert", hidden: true });
@@ -124,8 +125,8 @@ export class Explorer {
     this.search = new SearchPanel(go, command);
     this.refine = new RefineCard(go);
     this.points = new PointTable(go, command);
-    this.trials = new TrialTable(go);
-    this.player = new Player(go);
+    this.trials = new TrialTable(go, "trials", settle);
+    this.player = new Player(go, this.trials.dots.element);
     this.origin = make("details", { className: "card" });
     this.sides = new SidesForm("study", go);
     const compare = make(
@@ -146,7 +147,7 @@ export class Explorer {
         this.refine.element,
         this.points.element,
       ),
-      make("div", { className: "behind" }, this.trials.element, this.player.element),
+      make("div", { className: "behind" }, this.player.element, this.trials.element),
       compare,
       this.origin,
     );
@@ -164,10 +165,21 @@ export class Explorer {
   // Goes to another choice, which the address then says.
   /** @param {Partial<Choice>} change */
   go(change) {
+    location.hash = this.addressOf(change);
+  }
+
+  // The same, without a step of the history to go back to.
+  /** @param {Partial<Choice>} change */
+  settle(change) {
+    location.replace(`#${this.addressOf(change)}`);
+  }
+
+  /** @param {Partial<Choice>} change */
+  addressOf(change) {
     const wanted = Object.entries({ ...this.choice, ...change }).filter(([, value]) =>
       value
     );
-    location.hash = String(new URLSearchParams(wanted));
+    return String(new URLSearchParams(wanted));
   }
 
   follow() {

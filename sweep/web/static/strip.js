@@ -4,8 +4,8 @@ import { contextOf, make, named, short } from "./dom.js";
 
 /** @import { Cause, Strip, StudyState } from "./explorer.d.ts" */
 
-const MOST_DOWN = 60; // marks in a column
-const LARGEST = 8; // pixels of a mark
+const HEIGHT = 24; // pixels
+const LARGEST = 8; // of a mark
 const WORDS = ["done", "not done", "missing"];
 
 /** @param {number} seconds */
@@ -30,9 +30,13 @@ export class StatePanel {
     this.element = make(
       "section",
       { className: "card state", "aria-label": "state" },
-      this.counts,
-      make("div", { className: "strips" }, this.strip),
-      this.key,
+      make(
+        "div",
+        { className: "row" },
+        this.counts,
+        make("div", { className: "strips" }, this.strip),
+        this.key,
+      ),
       this.causes,
     );
   }
@@ -64,10 +68,16 @@ export class StatePanel {
   /** @param {Strip} strip @param {StudyState} state */
   draw({ marks, row, per }, { points }) {
     const { strip } = this;
-    const down = row && row <= MOST_DOWN ? row : Math.ceil(Math.sqrt(marks.length / 8));
+    const room = Math.max(this.strip.parentElement?.clientWidth ?? 0, 200);
+    const few = Math.ceil(Math.sqrt((marks.length * HEIGHT) / room));
+    const down = row && row <= HEIGHT ? row : Math.min(HEIGHT, few);
     const across = Math.ceil(marks.length / down);
-    const room = this.element.clientWidth || 800;
-    const size = Math.max(1, Math.min(LARGEST, Math.floor((room - 32) / across)));
+    const most = Math.min(
+      LARGEST,
+      Math.floor(HEIGHT / down),
+      Math.floor(room / across),
+    );
+    const size = Math.max(1, most);
     strip.width = across * size;
     strip.height = down * size;
     const context = contextOf(strip);
