@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
-from urllib.parse import urlsplit
+from urllib.parse import parse_qs, urlsplit
 
 import pytest
 from playwright.sync_api import Browser, Page, Route, expect
@@ -15,6 +15,7 @@ from sweep.cli.progress import ProgressBar
 from sweep.explorer.site import explorer
 from sweep.published.publications import read_all
 from sweep.published.reproducing import reproduce
+from sweep.tables.stored_study import StoredStudy
 from sweep.web.page import STATIC
 from sweep.web.server import PageServer
 from sweep.workers.executors import Serial
@@ -197,7 +198,7 @@ def scripts(page: Page) -> dict[str, int]:
     return found
 
 
-MOST_SCRIPT = 150_000  # bytes, of all scripts that a view loads before a trial plays
+MOST_SCRIPT = 110_000  # bytes, of all scripts that a view loads before a trial plays
 VIEWS = {
     "": "table",
     "#study=small&kind=curves": ".figure .board",
@@ -221,28 +222,116 @@ def test_a_view_loads_few_scripts_before_a_trial_plays(
     assert "mount.js" not in loaded
 
 
-TICKS = """async ([values]) => {
-  const { Scale } = await import("./board.js");
-  const axis = { logarithmic: true, listed: [], names: [] };
-  return new Scale(values, axis).ticks.map(({ text }) => text);
+AXIS = """async ([values, about, from, to]) => {
+  const { Axis } = await import("./axes.js");
+  const axis = new Axis(values, about).span(from, to);
+  return [axis.label, ...axis.ticks.map(({ text }) => text)];
 }"""
+LOG = {"label": "noise", "logarithmic": True}
+UPWARDS = 248, 0
+"""Pixels of an axis that goes up; the others have the numbers of their pixels."""
 
 
 @pytest.mark.parametrize(
-    ("values", "ticks"),
+    ("values", "about", "span", "label", "ticks"),
     [
-        ([0.03, 40.0], ["0.1", "1", "10"]),
-        ([0.02, 0.3], ["0.02", "0.05", "0.1", "0.2"]),
-        ([3.0, 9.0], ["4", "6", "8"]),
-        ([110.0, 130.0], ["110", "115", "120", "125", "130"]),
+        ([0.03, 40.0], LOG, UPWARDS, "noise", "0.1 1 10"),
+        ([2e-8, 3e6], LOG, UPWARDS, "noise", "10⁻⁶ 10⁻³ 1 1000 10⁶"),
+        ([0.02, 0.3], LOG, UPWARDS, "noise", "0.02 0.05 0.1 0.2"),
+        ([3.0, 9.0], LOG, UPWARDS, "noise", "4 6 8"),
+        ([110.0, 130.0], LOG, UPWARDS, "noise", "110 115 120 125 130"),
+        ([10, 400], LOG | {"listed": [10, 50, 400]}, (0, 300), "noise", "10 50 400"),
+        ([1, 9], {"listed": [*range(1, 10)]}, (0, 90), "", "1 3 5 7 9"),
+        (
+            [0, 0.002],
+            {"label": "speed (m/s)"},
+            UPWARDS,
+            "speed (10⁻³ m/s)",
+            "0 0.5 1 1.5 2",
+        ),
+        ([0, 3e6], {"label": "trials"}, (0, 300), "trials (10⁶)", "0 1 2 3"),
+        ([0, 1], {"names": ["torus", "bounded"]}, (0, 300), "", "torus bounded"),
+        ([0.5, 0.5], {}, UPWARDS, "", "0.46 0.48 0.5 0.52 0.54"),
     ],
 )
-def test_a_short_logarithmic_axis_has_ticks_between_powers_of_ten(
-    opened: Open, values: list[float], ticks: list[str]
+def test_ticks_of_an_axis(
+    opened: Open,
+    values: list[float],
+    about: dict[str, Any],
+    span: tuple[int, int],
+    *,
+    label: str,
+    ticks: str,
 ) -> None:
+    """Of the explorer, of supplements and of the simulator: the same."""
     page = opened()
     seen(page, "table")
-    assert page.evaluate(TICKS, [values]) == ticks
+    shown = page.evaluate(AXIS, [values, about, *span])
+    assert shown == [label, *ticks.split()]
+
+
+def median_of(study: StoredStudy, point: str) -> str:
+    """The trial in the middle, by the first metric."""
+    own = study.trials[study.trials["point"] == point]
+    ordered = own.sort_values(study.metrics[0], kind="stable")["trial_id"]
+    return str(ordered.iloc[(len(ordered) - 1) // 2])
+
+
+@pytest.mark.parametrize("size", [(1440, 900), (1024, 768)])
+def test_a_click_on_a_cell_plays_its_median_trial_beside_the_figure(
+    opened: Open, size: tuple[int, int]
+) -> None:
+    """Both above the fold; each dot is a trial of the point."""
+    width, height = size
+    page = opened("#study=grid", viewport={"width": width, "height": height})
+    seen(page, ".figure canvas")
+    page.locator(".board canvas").first.click(position={"x": 120, "y": 60})
+    seen(page, ".player .record .exact")
+    choice = parse_qs(urlsplit(page.url).fragment)
+    (point,), (trial,) = choice["point"], choice["trial"]
+    assert trial == median_of(plotted.study("grid"), point)
+    boxes = {
+        name: page.locator(name).first.bounding_box()
+        for name in (".figure .board", ".player .picture", ".player .run")
+    }
+    for name, box in boxes.items():
+        assert box, name
+        assert box["y"] >= 0, name
+        assert box["y"] + box["height"] <= height, name
+    figure, picture, _ = boxes.values()
+    assert figure
+    assert picture
+    assert figure["x"] + figure["width"] <= picture["x"]
+    page.wait_for_function("() => window.explorer.player.played.mounted.view.shown > 0")
+    dots = page.locator(".dots i")
+    expect(dots).to_have_count(3)
+    expect(page.locator(".dots .facts")).to_contain_text("the median")
+    before = page.url
+    page.locator(".dots i:not(.chosen)").first.click()
+    page.wait_for_url(lambda url: url != before)
+    other = parse_qs(urlsplit(page.url).fragment)["trial"]
+    expect(page.locator("[aria-label=player] .facts").first).to_have_text(other[0])
+    page.go_back()
+    page.go_back()  # to the figure: the way to the median is no step of its own
+    expect(page.locator("section[aria-label=trials]")).to_be_hidden()
+    assert found(page) == []
+
+
+def test_on_a_phone_the_trial_plays_right_below_the_figure(opened: Open) -> None:
+    page = opened(
+        "#study=grid", viewport={"width": 390, "height": 844}, reduced_motion="reduce"
+    )
+    seen(page, ".figure canvas")
+    page.locator(".board canvas").first.click(position={"x": 120, "y": 60})
+    seen(page, ".player .record .exact")
+    tops = [
+        page.locator(name).first.evaluate("one => one.getBoundingClientRect().top")
+        for name in (".figure", "[aria-label=player]", "[aria-label=trials]", ".refine")
+    ]
+    assert tops == sorted(tops)
+    assert page.locator(".player .picture").evaluate("one => one.clientWidth") > 300
+    assert page.evaluate("document.documentElement.scrollWidth") == 390
+    assert page.evaluate("window.explorer.player.played.mounted.view.shown") == 0
 
 
 def test_profiles_are_curves_whose_points_lead_to_their_trials(opened: Open) -> None:

@@ -68,7 +68,7 @@ def test_arrow_keys_go_from_cell_to_cell_and_enter_chooses(
         "separation weight: 1",
         "speed (px/step): ",
         " (95 % confidence interval)",
-        "3 trials; click to list them",
+        "3 trials; click to play the median",
     ):
         expect(tip).to_contain_text(words)
     page.keyboard.press("Enter")

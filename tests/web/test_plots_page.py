@@ -15,6 +15,8 @@ from tests.web.chromium import Opened
 
 Open = Callable[..., Opened]
 STEPS = 60
+ROOM = 40, 10
+"""Pixels on the left and right of a curve, of which the left ones have numbers."""
 
 
 def run(opened: Open) -> Opened:
@@ -33,7 +35,9 @@ def point(page: Opened, selector: str, part: float) -> tuple[float, float]:
     canvas.scroll_into_view_if_needed()
     box = canvas.bounding_box()
     assert box is not None
-    return box["x"] + 2 + part * (box["width"] - 4), box["y"] + 30
+    left, right = ROOM
+    across = box["width"] - left - right
+    return box["x"] + left + part * across, box["y"] + 30
 
 
 def columns(show: Live) -> dict[str, list[float]]:

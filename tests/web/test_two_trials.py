@@ -88,6 +88,7 @@ def choice_of(page: Page) -> dict[str, str]:
 def test_a_second_trial_plays_beside_the_first_one_on_its_clock(
     page: Page, server: PageServer, study: StoredStudy
 ) -> None:
+    page.emulate_media(reduced_motion="reduce")  # so that no trial runs by itself
     points = list(study.points.index)
     page.goto(f"{server.url}#study=small&point={points[0]}")
     rows = page.locator("[aria-label=trials] tbody tr")
@@ -146,6 +147,7 @@ def test_trials_that_were_gone_to_are_shown_again_by_another_server(
         point = study.points.index[0]
         page.goto(f"{server.url}#study=small&point={point}&trial={first}")
         expect(replay).to_contain_text(first)
+        page.get_by_role("button", name="All controls").click()
         page.get_by_label("replicate", exact=True).fill("2")
         page.get_by_label("replicate", exact=True).press("Enter")
         expect(replay).to_contain_text(third)
@@ -160,6 +162,7 @@ def test_trials_that_were_gone_to_are_shown_again_by_another_server(
         page.goto(f"{page.url}&beside={second}")
         expect(page.locator(".head-of-side")).to_have_count(2)
         beside = page.locator(".twins [aria-label='run B']")
+        page.get_by_role("button", name="All controls").click()
         beside.get_by_label("replicate", exact=True).fill("0")
         beside.get_by_label("replicate", exact=True).press("Enter")
         expect(said).to_have_text(f"{third} and {first}")
