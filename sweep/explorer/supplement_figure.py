@@ -153,9 +153,20 @@ def cells_of(
 ) -> dict[str, dict[str, Any]]:
     """Return the cell of each point with a value, by point id.
 
-    `box` has the left, right, lower and upper edge. Cells of a higher `order` lie over
-    the other cells. `resolved` is as in `sweep.figures.FigureMarks`. The result is
-    empty for another form.
+    Parameters
+    ----------
+    selection : Selection
+        The points of the figure.
+    form : FigureForm
+    column : Column
+        The column of the metric.
+
+    Returns
+    -------
+    dict of str to dict
+        Empty for another form than ``cells``. `box` has the left, right, lower and
+        upper edge. Cells of a higher `order` lie over the other cells. `resolved` is as
+        in `sweep.figures.FigureMarks`.
     """
     if form.form != "cells":
         return {}

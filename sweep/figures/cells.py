@@ -76,7 +76,7 @@ class Cells(NamedTuple):
 
     @property
     def resolved(self) -> NDArray[np.bool_]:
-        """Which cells (rows, columns) are resolved.
+        """The cells (rows, columns) that are resolved, as True.
 
         The interval of a resolved cell is not wider than the largest step to one of the
         four neighbours. A cell without an interval or a neighbour counts as resolved,
@@ -99,6 +99,12 @@ def binned(selection: Selection, x: str, y: str) -> list[str]:
     """Return which of two parameters are divided into bins.
 
     Listed values are divided only if there are too many cells for a figure.
+
+    Parameters
+    ----------
+    selection : Selection
+    x, y : str
+        Names of the parameters.
     """
     numbers = {name: len(selection.values(name)) for name in (x, y)}
     crowded = numbers[x] * numbers[y] > MOST_CELLS
@@ -142,11 +148,14 @@ def cell_table(
     Returns
     -------
     DataFrame
-        left, right, bottom and top are the edges of a cell. across and up are the
-        positions of the point on the axes, NaN on an axis with bins. y is the mean,
-        half the half-width of the confidence interval, n the number of trials and
-        points the number of points. `resolved` is false if the interval is wider than
-        each step to an adjacent cell. `point` has the ids of the points.
+        The columns are:
+
+        - left, right, bottom and top: the edges
+        - across and up: the position of the point, NaN on an axis with bins
+        - y and half: the mean, and the half-width of the confidence interval
+        - n and points: the numbers of trials and of points
+        - resolved: false if the interval is wider than each step to an adjacent cell
+        - point: the ids of the points
     """
     return pd.concat(
         [_rows(layout, cells, table) for cells in layers], ignore_index=True
@@ -262,7 +271,8 @@ def _empty(x: Floats, y: Floats, ids: "pd.Series[int]") -> Cells:
     mean = np.full(shape, np.nan)
     half = np.full(shape, np.nan)
     points = np.zeros(shape, np.int64)
-    return Cells(x, y, mean, half, points, shown=np.ones(shape, np.bool_), ids=ids)
+    shown = np.ones(shape, np.bool_)
+    return Cells(x, y, mean, half, points=points, shown=shown, ids=ids)
 
 
 def _divided(

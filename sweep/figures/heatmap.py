@@ -1,8 +1,8 @@
 """A metric over two parameters: means and half-widths of the confidence intervals."""
 
+from collections.abc import Callable
 from functools import partial
 from itertools import chain
-from typing import Literal
 
 import numpy as np
 import pandas as pd
@@ -172,7 +172,7 @@ def draw_heatmap(layout: Heatmap) -> Figure:
             blocks.flat[0],
             layout,
             panels,
-            "mean",
+            _means,
             label=name,
             colours="viridis",
         )
@@ -181,12 +181,20 @@ def draw_heatmap(layout: Heatmap) -> Figure:
                 blocks.flat[1],
                 layout,
                 panels,
-                "half",
+                _halves,
                 label=f"half-width of the 95 % CI of\n{name}",
                 colours="magma",
             )
         note(figure, _note(layout, table, panels))
     return figure
+
+
+def _means(cells: Cells) -> Floats:
+    return cells.mean
+
+
+def _halves(cells: Cells) -> Floats:
+    return cells.half
 
 
 def _across(layout: Heatmap) -> int:
@@ -199,7 +207,7 @@ def _block(
     block: SubFigure,
     layout: Heatmap,
     panels: list[list[Cells]],
-    values: Literal["mean", "half"],
+    values: Callable[[Cells], Floats],
     label: str,
     colours: str,
 ) -> None:
@@ -211,19 +219,19 @@ def _block(
     grid = block.subplots(
         -(-len(panels) // across), across, sharex=True, sharey=True, squeeze=False
     )
-    scale = _scale([getattr(cells, values) for cells in chain(*panels)])
+    scale = _scale([values(cells) for cells in chain(*panels)])
     for axes, facet, layers in zip(
         tidy_grid(grid, len(panels)), layout.facets, panels, strict=True
     ):
         for cells in layers:
-            _mesh(axes, cells, getattr(cells, values), scale, colours=colours)
-            if values == "mean":
+            _mesh(axes, cells, values(cells), scale, colours=colours)
+            if values is _means:
                 _hatch(axes, cells, scale(cells.mean))
         label_setting(layout.selection, layout.x, axes)
         label_setting(layout.selection, layout.y, axes, "y")
         axes.set(xlabel="", ylabel="")
         title_panel(axes, facet.title.split(", "), across)
-        if layout.averages and len(panels) <= MOST_COUNTED and values == "half":
+        if layout.averages and len(panels) <= MOST_COUNTED and values is _halves:
             for cells in layers:
                 _count(axes, cells, scale(cells.half))
     block.supxlabel(axis_label(layout.selection, layout.x), fontsize=9)

@@ -69,10 +69,7 @@ class FigureMarks(NamedTuple):
     - "paths": as "lines". The positions of one point are joined in order.
     - "points": as "lines", with x_low and x_high if x is a mean too. `best` is true for
       a mark on a front.
-    - "cells": left, right, bottom and top (the edges), across and up (the position of
-      the point on the axes, NaN on an axis with bins), y, half (half-width of the
-      confidence interval), n, points (number of points) and resolved. `resolved` is
-      false if the interval is wider than each step to a neighbour. Later cells lie over
+    - "cells": the columns of `sweep.figures.cells.cell_table`. Later cells lie over
       earlier cells.
 
     `colour` is the index of a value in `values`, the values of `by`. `point` is the id

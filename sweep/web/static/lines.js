@@ -43,7 +43,11 @@ export class Lines extends Dots {
     }
   }
 
-  /** @param {CanvasRenderingContext2D} context @param {Dot[]} line @param {string} ink */
+  /**
+   * @param {CanvasRenderingContext2D} context
+   * @param {Dot[]} line
+   * @param {string} ink
+   */
   fill(context, line, ink) {
     context.fillStyle = shade(this.colours[line[0].colour], ink);
     context.globalAlpha = 0.18;
@@ -56,7 +60,11 @@ export class Lines extends Dots {
     context.globalAlpha = 1;
   }
 
-  /** @param {CanvasRenderingContext2D} context @param {Dot[]} line @param {string} ink */
+  /**
+   * @param {CanvasRenderingContext2D} context
+   * @param {Dot[]} line
+   * @param {string} ink
+   */
   trace(context, line, ink) {
     context.strokeStyle = shade(this.colours[line[0].colour], ink);
     context.lineWidth = line.some((dot) => this.isChosen(dot)) ? 3 : 1.6;
