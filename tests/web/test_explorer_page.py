@@ -132,6 +132,22 @@ def test_what_is_chosen_is_said_in_the_commands_and_refusals_are_read(
     expect(page.locator("[aria-label=points] code")).to_contain_text("--sort speed")
 
 
+def test_the_keyboard_stays_where_it_is_when_a_table_changes(opened: Open) -> None:
+    page = opened("#study=small")
+    heading = page.locator("[aria-label=points] th button", has_text="speed").first
+    heading.press("Enter")
+    expect(page.locator("[aria-label=points] th[aria-sort=ascending]")).to_have_count(1)
+    focused = page.locator(":focus")
+    expect(focused).to_contain_text("speed")
+    row = page.locator("[aria-label=points] tbody tr").nth(1)
+    row.locator("button").press("Enter")
+    expect(page.locator("[aria-label=points] tr.chosen :focus")).to_have_count(1)
+    trial = page.locator("[aria-label=trials] tbody tr").nth(2).locator("button").first
+    words = trial.inner_text()
+    trial.press("Enter")
+    expect(page.locator("[aria-label=trials] tr.chosen :focus")).to_have_text(words)
+
+
 SIDES = "#a=grid:borders%3Dtorus&b=grid:borders%3Dbounded&metric=speed"
 
 

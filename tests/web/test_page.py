@@ -629,6 +629,63 @@ def test_overlays_are_drawn_and_explained(opened: Open) -> None:
         )
 
 
+HEADINGS = """async () => {
+  const { WHEEL } = await import("./headings.js");
+  const { stage } = boidsweep.view;
+  const { heading, n } = stage.frame;
+  const svg = stage.lines().document("", "");
+  const drawn = Array.from({ length: n }, (_, i) => WHEEL[heading[i]]);
+  const { ground, stage: around } = stage.colours;
+  const grounds = [ground, around];
+  return { WHEEL, drawn, svg, heading: [...heading].slice(0, n), grounds };
+}"""
+
+
+def luminance(colour: str) -> float:
+    """The relative luminance of rgb(...), by WCAG 2.2."""
+    parts = [int(part) / 255 for part in re.findall(r"\d+", colour)[:3]]
+    linear = [
+        part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4
+        for part in parts
+    ]
+    return float(np.dot([0.2126, 0.7152, 0.0722], linear))
+
+
+def contrast(one: str, other: str) -> float:
+    """From 1 to 21, by WCAG 2.2."""
+    dark, light = sorted((luminance(one), luminance(other)))
+    return (light + 0.05) / (dark + 0.05)
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_headings_are_colours_that_a_wheel_tells(opened: Open, scheme: str) -> None:
+    """Each boid has the colour of its heading, which stands out on either ground. The
+    number below the wheel is the polarization, up to headings of 256 steps.
+    """
+    page = opened(color_scheme=scheme)
+    go_to(page, 40)
+    page.page.get_by_label("headings", exact=True).check()
+    page.until("boidsweep.view.stage.overlays.has('headings')")
+    found = page.ask(f"({HEADINGS})()")
+    assert len(set(found["WHEEL"])) > 200
+    ends = zip(found["WHEEL"], found["WHEEL"][1:] + found["WHEEL"][:1], strict=True)
+    for one, other in ends:
+        assert abs(luminance(one) - luminance(other)) < 0.02
+    least = min(
+        contrast(one, ground) for one in found["WHEEL"] for ground in found["grounds"]
+    )
+    assert least >= 3.0  # WCAG 2.2, 1.4.11
+    fills = re.findall(r'<path [^>]*fill="(rgb[^"]*)"', found["svg"])
+    assert [one for one in fills if one in found["WHEEL"]] == found["drawn"]
+    angles = 2 * np.pi * np.array(found["heading"]) / 256
+    polarization = float(np.abs(np.exp(1j * angles).mean()))
+    (text,) = re.findall(r"<text [^>]*>([\d.]+)</text>", found["svg"])
+    assert float(text) == pytest.approx(polarization, rel=0.05)
+    assert live(page).overlays == ()
+    told = "boidsweep.view.overlays.legends.get('headings').textContent"
+    page.until(f"{told}.includes('wheel')")
+
+
 @pytest.mark.parametrize("n", [20, 1500])
 def test_kinds_of_boids_have_colours_of_their_own_and_a_legend(
     opened: Open, n: int

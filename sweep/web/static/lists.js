@@ -8,6 +8,7 @@ import { ARROW, sampled } from "./swarm.js";
 /** @import { Kind, Message, Obstacle } from "./protocol.d.ts" */
 /** @import { Selected, Stage } from "./stage.js" */
 
+export const OWN_OVERLAYS = ["trails", "headings"]; // which need no more of a frame
 const MOST_ROWS = 200;
 /** @type {Record<Kind, string[]>} */
 const PARTS = { disc: ["x", "y", "radius"], rectangle: ["x", "y", "width", "height"] };
@@ -354,6 +355,13 @@ export class Overlays {
       ),
     ]);
     this.failed.hidden = !this.failed.hasChildNodes();
+    this.legend("headings", on("headings") && !on("flocks"), () => [
+      make("small", {
+        textContent:
+          "the wheel shows the colour of each heading; its arrow is the mean" +
+          " heading, as long as boids agree, with the polarization below",
+      }),
+    ]);
     const flocks = new Set(this.stage.frame?.flocks ?? []);
     flocks.delete(65535);
     const words = `${flocks.size} of two or more boids; grey boids are alone`;

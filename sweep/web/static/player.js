@@ -4,7 +4,7 @@
 import { make, unitText } from "./dom.js";
 import { Charts } from "./charts.js";
 import { SpecDialog } from "./dialogs.js";
-import { BoidCard, Overlays } from "./lists.js";
+import { BoidCard, Overlays, OWN_OVERLAYS } from "./lists.js";
 import { ReplayCard } from "./pickers.js";
 import { Hand } from "./pointer.js";
 import { RunBar } from "./run.js";
@@ -114,7 +114,11 @@ export class Player {
     this.selected = this.boid.chosen = null;
     this.stage.clear();
     this.stage.setScene(scene);
-    this.overlays.offer(["trails", "flocks", ...(about.pixels ? ["coverage"] : [])]);
+    this.overlays.offer([
+      ...OWN_OVERLAYS,
+      "flocks",
+      ...(about.pixels ? ["coverage"] : []),
+    ]);
     const every = recording.state.replay?.frames[2] ?? 1;
     this.nearly.textContent = NEARLY + (about.measured ? MEASURED : "") +
       (about.pixels && every > 1 ? THINNED : "");

@@ -33,7 +33,7 @@ export class PagedTable {
     this.page = 0;
     this.head = make("thead");
     this.body = make("tbody");
-    const table = make("table", { "aria-label": name }, this.head, this.body);
+    this.table = make("table", { "aria-label": name }, this.head, this.body);
     this.before = make("button", {
       type: "button",
       textContent: "earlier",
@@ -57,16 +57,18 @@ export class PagedTable {
       tabIndex: 0,
       role: "region",
       "aria-label": `rows of ${name}`,
-    }, table);
+    }, this.table);
     this.element = make("div", { className: "paged" }, around, this.pages);
   }
 
   /** @param {Content} content @param {string} [sorted] */
   show({ headings, rows, total, page, size, what }, sorted = "") {
     this.page = page;
+    const focused = this.placeOfFocus();
     const line = make("tr", {}, ...headings.map((one) => this.heading(one, sorted)));
     this.head.replaceChildren(line);
     this.body.replaceChildren(...rows.map((row) => rowOf(row)));
+    if (focused) this.focusAt(focused);
     const first = page * size;
     this.before.disabled = page === 0;
     this.after.disabled = first + size >= total;
@@ -76,6 +78,26 @@ export class PagedTable {
         Math.min(first + size, total).toLocaleString("en")
       } of ${total.toLocaleString("en")} ${what}`
       : `${total.toLocaleString("en")} ${what}`;
+  }
+
+  // The row and the button in it that have the focus: rows are made anew, and whoever
+  // uses the keyboard stays where they are.
+  /** @returns {[row: number, button: number] | null} */
+  placeOfFocus() {
+    const { activeElement: focus } = document;
+    const row = focus?.closest("tr");
+    if (!focus || !row || !this.element.contains(row)) return null;
+    return [
+      row.rowIndex,
+      [...row.querySelectorAll("button")].findIndex((one) => one === focus),
+    ];
+  }
+
+  /** @param {[row: number, button: number]} place */
+  focusAt([row, button]) {
+    const { rows } = this.table;
+    const line = rows[Math.min(row, rows.length - 1)];
+    line?.querySelectorAll("button")[button]?.focus({ preventScroll: true });
   }
 
   /** @param {{ text: string, sort?: string }} heading @param {string} sorted */

@@ -6,6 +6,7 @@ import { contextOf, make } from "./dom.js";
 import { obstaclesAt } from "./obstacles.js";
 import { SvgPen } from "./pen.js";
 import { Stamps } from "./stamps.js";
+import { drawWheel } from "./headings.js";
 import {
   drawGoals,
   drawGround,
@@ -336,6 +337,7 @@ export class Stage {
       drawPerception(this, scene, frame);
       drawFailed(this, scene, frame);
       drawBoids(this, scene, frame);
+      if (overlays.has("headings")) drawWheel(this, frame);
       if (overlays.has("accelerations")) drawAccelerations(this, frame);
     }
     drawHandles(this);

@@ -2,6 +2,7 @@
 // accelerations by rule.
 
 import { partsOf } from "./dom.js";
+import { WHEEL } from "./headings.js";
 import { CORNERS } from "./stamps.js";
 
 /** @import { Frame } from "./frames.js" */
@@ -107,11 +108,12 @@ export function drawBoids(stage, scene, frame) {
   const { context } = stage;
   const size = boidLength(scene, frame, stage.camera);
   const of = boidColours(stage, frame);
+  const plain = stage.colours.boid;
   if (frame.n > MANY && context instanceof CanvasRenderingContext2D) {
     stampBoids(stage, context, frame, size, of);
   } else {
     for (let i = 0; i < frame.n; i++) {
-      drawBoid(stage, frame, i, size, boidColour(stage, of, i));
+      drawBoid(stage, frame, i, size, of ? of.colours[of.places[i]] : plain);
     }
   }
   const chosen = stage.selection?.boid;
@@ -147,17 +149,17 @@ export function drawFailed(stage, scene, frame) {
   context.stroke();
 }
 
-// For each boid the colour of its flock (-1 for one that is alone), or of its kind.
-/** @param {Stage} stage @param {Frame} frame */
-function boidColours({ overlays, flocks, kinds }, frame) {
-  if (overlays.has("flocks") && frame.flocks) return flocks.ofBoid;
-  return kinds?.length === frame.n ? kinds : null;
-}
-
-/** @param {Stage} stage @param {Int16Array | null} colours @param {number} i */
-function boidColour(stage, colours, i) {
-  if (!colours) return stage.colours.boid;
-  return colours[i] < 0 ? stage.colours.edge : stage.hues[colours[i]];
+// For each boid the colour of its flock, its heading, or its kind. A boid that is alone
+// has the last colour.
+/** @typedef {{ places: ArrayLike<number>, colours: string[] }} BoidColours */
+/** @param {Stage} stage @param {Frame} frame @returns {BoidColours | null} */
+function boidColours({ overlays, flocks, kinds, hues, colours: { edge } }, frame) {
+  if (overlays.has("flocks") && frame.flocks) {
+    const places = flocks.ofBoid.map((flock) => (flock < 0 ? hues.length : flock));
+    return { places, colours: [...hues, edge] };
+  }
+  if (overlays.has("headings")) return { places: frame.heading, colours: WHEEL };
+  return kinds?.length === frame.n ? { places: kinds, colours: hues } : null;
 }
 
 /**
@@ -187,15 +189,15 @@ function drawBoid(stage, frame, i, size, colour) {
  * @param {CanvasRenderingContext2D} context
  * @param {Frame} frame
  * @param {number} size
- * @param {Int16Array | null} ofBoid
+ * @param {BoidColours | null} of
  */
-function stampBoids(stage, context, frame, size, ofBoid) {
+function stampBoids(stage, context, frame, size, of) {
   const { ratio } = stage;
   const { canvas } = context;
   /** @param {string} colour */
   const packed = (colour) =>
     partsOf(colour).reduce((sum, part, place) => sum + (part << (8 * place)), 0);
-  const colours = [stage.colours.edge, ...stage.hues].map(packed);
+  const colours = of?.colours.map(packed) ?? [];
   const plain = packed(stage.colours.boid);
   stage.stamps.begin(
     canvas.width,
@@ -204,7 +206,7 @@ function stampBoids(stage, context, frame, size, ofBoid) {
     stage.upright,
   );
   for (let i = 0; i < frame.n; i++) {
-    const colour = ofBoid ? colours[ofBoid[i] + 1] : plain;
+    const colour = of ? colours[of.places[i]] : plain;
     stage.stamps.add(
       stage.screenX[i] * ratio,
       stage.screenY[i] * ratio,

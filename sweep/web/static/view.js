@@ -17,7 +17,7 @@ import { Toasts } from "./toasts.js";
 import { Pickers, ReplayCard } from "./pickers.js";
 import { PresetList } from "./presets.js";
 import { RunBar } from "./run.js";
-import { BoidCard, ObstacleList, Overlays } from "./lists.js";
+import { BoidCard, ObstacleList, Overlays, OWN_OVERLAYS } from "./lists.js";
 import { EditBar } from "./edits.js";
 import { keysDialog, SpecDialog } from "./dialogs.js";
 import { Exports } from "./exports.js";
@@ -402,7 +402,7 @@ export class View {
     if (known === this.known) return;
     this.known = known;
     this.controls = controls;
-    this.overlays.offer(["trails", ...controls.overlays]);
+    this.overlays.offer([...OWN_OVERLAYS, ...controls.overlays]);
     this.presentation.end();
     this.about.offer(controls);
     this.charts.offer(controls);
@@ -428,7 +428,7 @@ export class View {
     this.edits.show(state);
     this.charts.show(state);
     this.showRun(state);
-    const own = this.stage.overlays.has("trails") ? ["trails"] : [];
+    const own = OWN_OVERLAYS.filter((name) => this.stage.overlays.has(name));
     this.overlays.show([...state.overlays, ...own]);
     this.stage.overlays = new Set(this.overlays.chosen);
     this.boid.chosen = state.selected;
@@ -523,7 +523,10 @@ export class View {
 
   overlaid() {
     this.stage.overlays = new Set(this.overlays.chosen);
-    this.send({ type: "overlays", names: without(this.overlays.chosen, "trails") });
+    this.send({
+      type: "overlays",
+      names: this.overlays.chosen.filter((name) => !OWN_OVERLAYS.includes(name)),
+    });
     this.stage.redraw();
   }
 
@@ -582,6 +585,3 @@ function titleOf({ trials }, { model, preset, trial, replay }) {
   const last = trials.replicates - 1;
   return `${trials.study}${values.join("")}, replicate ${replicate} (of 0 to ${last})`;
 }
-
-/** @param {string[]} names @param {string} name */
-const without = (names, name) => names.filter((one) => one !== name);
