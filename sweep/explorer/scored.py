@@ -13,6 +13,7 @@ from sweep.errors import ChoiceError, StoreError
 from sweep.explorer.asking import AskPicture, AskScorecard
 from sweep.explorer.points import spelled_command
 from sweep.explorer.watching import Watched
+from sweep.published import MARKS
 from sweep.spec import SCORECARD, Column
 from sweep.store import local_folder, read_json, read_whole
 from sweep.tables import spelled
@@ -42,6 +43,7 @@ def scorecard(watched: Watched, question: AskScorecard) -> dict[str, Any]:
     - ``id``, ``says``, ``where``, ``status``, ``reason``, ``trials``: as in
       scorecard.json
     - ``study``: name of the publication
+    - ``mark``: sign of the verdict, such as ✓
     - ``published``: expected value, as text
     - ``ours``: estimate with the confidence interval, as text
     - ``picture``: whether there is a figure
@@ -133,6 +135,7 @@ def _row(row: dict[str, Any]) -> dict[str, Any]:
     behind = row.get("behind")
     return {
         **{name: row[name] for name in copied},
+        "mark": MARKS.get(row["status"], ""),
         "published": _published(row),
         "ours": _ours(row),
         "picture": bool(row.get("picture")),

@@ -8,6 +8,7 @@ from .publications import code_files as code_files
 from .publications import read_all as read_all
 from .recorded_studies import begin_with_recording as begin_with_recording
 from .reproducing import reproduce as reproduce
+from .scorecard import MARKS as MARKS
 from .starting import begin as begin
 from .starting import built_in_studies as built_in_studies
 from .trying import chosen_variants as chosen_variants

@@ -44,7 +44,7 @@ MAY_IMPORT = {
     ),
     "explorer": (
         "errors text analysis spec design trial store workers tables methods figures"
-        " replays sharing web"
+        " replays published sharing web"
     ),
     "cli": (
         "kernels errors text surroundings method spec own_code design trial store"

@@ -465,6 +465,21 @@ def test_a_claim_leads_to_its_figure_and_a_trial_that_plays(
     page = opened()
     page.goto(judged)
     page.get_by_role("link", name="Scorecard, full scale").click()
+    expect(page.get_by_role("row").filter(has_text="start-speed")).to_contain_text("✓")
+    verdicts = page.get_by_label("verdict")
+    options = verdicts.locator("option").all_inner_texts()
+    rows = page.locator("[aria-label=scorecard] tbody tr:visible")
+    all_claims = rows.count()
+    assert options[0] == f"all ({all_claims})"
+    for words in options[1:]:
+        told = re.fullmatch(r"(\S+) (.+) \((\d+)\)", words)
+        assert told
+        mark, status, number = told.groups()
+        verdicts.select_option(status)
+        expect(rows).to_contain_text([f"{mark} {status}"] * int(number))
+    verdicts.select_option("confirmed")
+    page.reload()
+    expect(verdicts).to_have_value("confirmed")
     page.get_by_role("button", name="start-speed").click()
     seen(page, "[aria-label=claim] img")
     wide = "document.querySelector('img.shown').naturalWidth"

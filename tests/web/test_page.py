@@ -629,6 +629,28 @@ def test_overlays_are_drawn_and_explained(opened: Open) -> None:
         )
 
 
+LOADING = """() => {
+  const { stage } = boidsweep.view;
+  const { scene } = stage;
+  stage.scene = null;
+  stage.draw();
+  const corner = [...stage.context.getImageData(2, 2, 1, 1).data].slice(0, 3);
+  const { width, height } = stage.canvas;
+  const { data } = stage.context.getImageData(0, 0, width, height);
+  stage.scene = scene;
+  stage.redraw();
+  const known = stage.colours.stage.match(/\\d+/g).map(Number);
+  return [corner, known, new Set(new Uint32Array(data.buffer)).size];
+}"""
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_a_picture_that_loads_says_so_on_its_ground(opened: Open, scheme: str) -> None:
+    corner, ground, colours = opened(color_scheme=scheme).ask(f"({LOADING})()")
+    assert corner == ground[:3]
+    assert colours > 2  # of letters
+
+
 HEADINGS = """async () => {
   const { WHEEL } = await import("./headings.js");
   const { stage } = boidsweep.view;

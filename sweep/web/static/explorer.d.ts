@@ -187,6 +187,8 @@ export interface Claim {
   says: string;
   where: string;
   status: string;
+  /** The sign of the status. */
+  mark: string;
   reason: string;
   trials: number;
   published: string;
@@ -295,6 +297,8 @@ export interface Choice {
   side: string;
   scorecard: string;
   claim: string;
+  /** The status of the claims that are listed; "" for all. */
+  verdict: string;
   region: string;
   parts: string;
   replicates: string;

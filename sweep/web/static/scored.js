@@ -36,6 +36,20 @@ export class ScorecardView {
     this.go = go;
     this.command = command;
     this.scales = make("p", { className: "facts" });
+    this.verdict = make("select", {
+      id: "verdict",
+      on: { change: () => this.go({ verdict: this.verdict.value }) },
+    });
+    const filter = make(
+      "div",
+      { className: "choices-of-figure" },
+      make(
+        "div",
+        {},
+        make("label", { htmlFor: this.verdict.id, textContent: "verdict" }),
+        this.verdict,
+      ),
+    );
     this.tables = make("div");
     this.line = make("div");
     this.claim = make("section", { className: "card", "aria-label": "claim" });
@@ -48,6 +62,7 @@ export class ScorecardView {
         "section",
         { className: "card seen", "aria-label": "scorecard" },
         this.scales,
+        filter,
         this.tables,
         this.line,
       ),
@@ -106,12 +121,35 @@ export class ScorecardView {
     this.line.replaceChildren(this.command(command));
   }
 
-  // The claims of each document; the one that was chosen stands out.
+  // The claims of each document with the verdict that is asked for; the one that was
+  // chosen stands out.
   /** @param {Scorecard} scorecard @param {Choice} choice */
   mark({ rows }, choice) {
+    this.offer(rows, choice.verdict);
     for (const [study, table] of this.listed) {
-      this.fill(table, rows.filter((row) => row.study === study), choice);
+      const own = rows.filter((row) =>
+        row.study === study && (!choice.verdict || row.status === choice.verdict)
+      );
+      this.fill(table, own, choice);
+      const heading = table.element.previousElementSibling;
+      for (const part of [heading, table.element]) {
+        part?.toggleAttribute("hidden", own.length === 0);
+      }
     }
+  }
+
+  // The verdicts that there are, with the number of claims of each.
+  /** @param {Claim[]} rows @param {string} verdict */
+  offer(rows, verdict) {
+    const groups = [...Map.groupBy(rows, ({ status }) => status)].map((
+      [status, own],
+    ) => ({
+      value: status,
+      textContent: `${own[0].mark} ${status} (${own.length})`,
+    }));
+    const all = { value: "", textContent: `all (${rows.length})` };
+    this.verdict.replaceChildren(...[all, ...groups].map((one) => make("option", one)));
+    this.verdict.value = verdict;
   }
 
   /** @param {PagedTable} table @param {Claim[]} claims @param {Choice} choice */
@@ -124,7 +162,7 @@ export class ScorecardView {
           claim.published,
           claim.ours,
           claim.trials ? claim.trials.toLocaleString("en") : "",
-          claim.status,
+          `${claim.mark} ${claim.status}`,
           claim.says,
         ],
         chosen: nameOf(claim) === choice.claim,

@@ -38,6 +38,7 @@ const KEYS = /** @type {const} */ ([
   "side",
   "scorecard",
   "claim",
+  "verdict",
   "region",
   "parts",
   "replicates",

@@ -310,7 +310,7 @@ export class Stage {
   }
 
   draw() {
-    if (!this.scene || !this.width) return;
+    if (!this.scene || !this.width) return this.wait();
     if (this.pending) {
       const { data, run } = this.pending;
       const fresh = "step" in data ? data : decode(data);
@@ -319,6 +319,17 @@ export class Stage {
       this.taken(fresh); // the next one is made and sent while this one is drawn
     }
     this.paint(this.scene);
+  }
+
+  // Before there is a scene, the picture says so on its ground.
+  wait() {
+    const { context, ratio, width, height } = this;
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.fillStyle = this.colours.stage;
+    context.fillRect(0, 0, width, height);
+    context.fillStyle = this.colours.muted;
+    context.font = "13px system-ui, sans-serif";
+    context.fillText("Loading…", width / 2 - 30, height / 2);
   }
 
   // Draws all layers, from the ground up.
