@@ -5,9 +5,7 @@
 import argparse
 import tempfile
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from queue import SimpleQueue
 from threading import Lock
 
 from tests.mutants.copies import Copy, demand_no_changes, made, named
@@ -24,7 +22,7 @@ from tests.mutants.results import (
     stored,
     table,
 )
-from tests.mutants.trying import near, together
+from tests.mutants.trying import near, spread, together
 
 
 def tried(mutants: Sequence[Mutant], revision: str, processes: int) -> None:
@@ -32,8 +30,8 @@ def tried(mutants: Sequence[Mutant], revision: str, processes: int) -> None:
     file = file_of(revision)
     earlier = killers(FOLDER)
     verdicts = {one.key: one.verdict for one in stored(file)}
-    new = [one for one in mutants if verdicts.get(key(one), OPEN) == OPEN]
-    if not new:
+    new = [one for one in mutants if key(one) not in verdicts]
+    if not new and OPEN not in verdicts.values():
         return
     lock = Lock()
 
@@ -45,23 +43,15 @@ def tried(mutants: Sequence[Mutant], revision: str, processes: int) -> None:
         print(f"{result.verdict:<9} {about}  {result.test}", flush=True)
 
     with tempfile.TemporaryDirectory(prefix="boidsweep-mutants-") as folder:
-        count = max(1, min(processes, len(new)))
-        copies = [made(Path(folder, f"copy-{one}"), revision) for one in range(count)]
-        idle: SimpleQueue[Copy] = SimpleQueue()
-        for copy in copies:
-            idle.put(copy)
+        places = [Path(folder, f"copy-{one}") for one in range(processes)]
+        copies = [made(place, revision) for place in places]
 
-        def one_near(mutant: Mutant) -> None:
-            copy = idle.get()
-            try:
-                tell(near(copy, mutant, earlier.get(key(mutant), "")))
-            finally:
-                idle.put(copy)
+        def one_near(copy: Copy, mutant: Mutant) -> None:
+            tell(near(copy, mutant, earlier.get(key(mutant), "")))
 
-        with ThreadPoolExecutor(count) as pool:
-            list(pool.map(one_near, new))
+        spread(copies, new, one_near)
         left = [one for one in mutants if verdicts[key(one)] == OPEN]
-        together(copies[0], left, tell)
+        together(copies, left, tell)
         for test in sorted({one for copy in copies for one in copy.unsound}):
             print(f"fails without any mistake, and was left out: {test}")
 

@@ -97,7 +97,7 @@ def test_tests_that_cannot_begin_tell_nothing(tmp_path: Path) -> None:
 def test_all_that_are_left_are_tried_together(checkout: Checkout) -> None:
     copy, found = those(checkout)
     told: list[Result] = []
-    together(copy, found, told.append)
+    together([copy], found, told.append)
     assert {one.wrong: one.verdict for one in told} == {
         "return a if a <= b else b": SURVIVED,
         "return a if not (a < b) else b": KILLED,
@@ -118,7 +118,7 @@ def test_a_group_that_breaks_off_is_halved(checkout: Checkout) -> None:
         return Outcome(3, []) if whole and wrong else outcome
 
     told: list[Result] = []
-    together(Copy(copy.folder, run), found, told.append)
+    together([Copy(copy.folder, run)], found, told.append)
     assert sorted(one.verdict for one in told) == [KILLED, SURVIVED, SURVIVED]
 
 

@@ -19,7 +19,9 @@ to fail, and is left out from then on.
 """
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from queue import SimpleQueue
 from typing import NamedTuple
 
 from tests.mutants.copies import ALONE, Copy
@@ -71,10 +73,31 @@ def _noticed(
     return None
 
 
-def together(copy: Copy, mutants: Sequence[Mutant], tell: Tell) -> None:
+def spread(
+    copies: Sequence[Copy],
+    mutants: Sequence[Mutant],
+    act: Callable[[Copy, Mutant], None],
+) -> None:
+    """Try each of some mutants in a copy that is idle."""
+    idle: SimpleQueue[Copy] = SimpleQueue()
+    for copy in copies:
+        idle.put(copy)
+
+    def one(mutant: Mutant) -> None:
+        copy = idle.get()
+        try:
+            act(copy, mutant)
+        finally:
+            idle.put(copy)
+
+    with ThreadPoolExecutor(len(copies)) as pool:
+        list(pool.map(one, mutants))
+
+
+def together(copies: Sequence[Copy], mutants: Sequence[Mutant], tell: Tell) -> None:
     """What the whole suite says of mutants: killed, survived or undecided."""
     for group in groups(mutants):
-        _together(copy, group, tell)
+        _together(copies, group, tell)
 
 
 def groups(mutants: Sequence[Mutant]) -> list[list[Mutant]]:
@@ -94,7 +117,8 @@ def _overlap(one: Mutant, other: Mutant) -> bool:
     return one.path == other.path and one.start < other.end and other.start < one.end
 
 
-def _together(copy: Copy, group: Sequence[Mutant], tell: Tell) -> None:
+def _together(copies: Sequence[Copy], group: Sequence[Mutant], tell: Tell) -> None:
+    copy = copies[0]
     with copy.mistaken(group):
         outcome = copy.run(["-n", "2"], GROUP_SECONDS)
     is_over = outcome.code is None
@@ -102,15 +126,18 @@ def _together(copy: Copy, group: Sequence[Mutant], tell: Tell) -> None:
     if is_over or broke_off or len(outcome.failed) > MOST_FAILED:
         middle = len(group) // 2
         if middle:
-            _together(copy, group[:middle], tell)
-            _together(copy, group[middle:], tell)
+            _together(copies, group[:middle], tell)
+            _together(copies, group[middle:], tell)
             return
         if is_over or broke_off:
             tell(Result.of(group[0], UNDECIDED if is_over else KILLED))
             return
     tests = copy.sound(outcome.failed[:MOST_FAILED], GROUP_SECONDS)
-    for mutant in group:
+
+    def alone(idle: Copy, mutant: Mutant) -> None:
         ends = time.monotonic() + GROUP_SECONDS
-        noticed = _noticed(copy, [mutant], tests, ends) if tests else None
+        noticed = _noticed(idle, [mutant], tests, ends) if tests else None
         test = noticed.test if noticed else ""
         tell(Result.of(mutant, KILLED if noticed else SURVIVED, test))
+
+    spread(copies, group, alone)
