@@ -200,6 +200,22 @@ def plot(
             )
         ),
     ] = None,
+    width: Annotated[
+        float | None,
+        typer.Option(
+            min=40.0,
+            max=400.0,
+            metavar="MM",
+            help=(
+                "Width in mm for a journal, such as 89 or 183: text of 5 to 7 points,"
+                " 300 dots per inch."
+            ),
+        ),
+    ] = None,
+    font: Annotated[
+        str,
+        typer.Option(help="With --width: an installed font, such as Arial."),
+    ] = "",
     why: Annotated[
         bool,
         typer.Option("--why", help="Print why further kinds do not suit the study."),
@@ -213,10 +229,12 @@ def plot(
     Examples
     --------
     sweep plot my/first
-    sweep plot my/first curves --metric speed --format pdf
+    sweep plot my/first curves --metric speed --format pdf --width 89
     """
+    from sweep.errors import ChoiceError
     from sweep.figures import (
         Choices,
+        PrintSize,
         check_shared,
         draw_figures,
         plan_figures,
@@ -226,6 +244,11 @@ def plot(
     from sweep.spec import FIGURES
     from sweep.tables import stored_parts
 
+    if font and not width:
+        raise ChoiceError("--font is for a figure with --width")
+    size = PrintSize(width, font) if width else None
+    if size:
+        size.check()
     arguments = plot_arguments([study, *(names or ())], results, where or ())
     stored = arguments.study
     choices = Choices(tuple(metric or ()), by, x, y, half=over == Over.half)
@@ -248,5 +271,8 @@ def plot(
     if further:
         home /= f"with-{'-'.join(further).replace('/', '-')}"
     endings = [kind.value for kind in formats or [Format.png]]
-    for path in draw_figures(stored, figures, out or home, endings, below=below):
+    written = draw_figures(
+        stored, figures, out or home, endings, below=below, size=size
+    )
+    for path in written:
         print(path, flush=True)

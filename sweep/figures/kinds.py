@@ -20,7 +20,7 @@ from sweep.figures import (
     trajectories,
 )
 from sweep.figures.planning import Choices, FigureKind, Planned
-from sweep.figures.saving import about_study, save
+from sweep.figures.saving import PrintSize, about_study, save
 from sweep.figures.selection import select
 from sweep.method import own_methods
 from sweep.tables import Results
@@ -148,6 +148,7 @@ def draw_figures(
     folder: Path,
     formats: Sequence[str],
     below: Path | None = None,
+    size: PrintSize | None = None,
 ) -> Iterator[Path]:
     """Draw and save the figures of a plan.
 
@@ -161,6 +162,8 @@ def draw_figures(
         Formats of the files, see `save`.
     below : Path, optional
         Folder that the user has named, see `save`.
+    size : PrintSize, optional
+        Width and font for a journal.
 
     Yields
     ------
@@ -171,5 +174,10 @@ def draw_figures(
     for kind, planned in plot.figures:
         name = f"{kind}-{planned.metric}" if planned.metric else kind
         yield from save(
-            planned.draw(), folder / name, metadata, formats=formats, below=below
+            planned.draw(),
+            folder / name,
+            metadata,
+            formats=formats,
+            below=below,
+            size=size,
         )

@@ -4,19 +4,53 @@ import math
 from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from pathlib import Path
+from typing import NamedTuple
 
-from matplotlib import style
+from matplotlib import font_manager, style
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
+from sweep.errors import ChoiceError
 from sweep.figures.drawing import as_text
 from sweep.figures.style import STYLE
 from sweep.store import open_regular
 from sweep.tables import Results, StoredStudy, stored_parts, unfinished
-from sweep.text import harmless
+from sweep.text import harmless, unknown
 
 FORMATS = ("png", "svg", "pdf")
 BOTH = ("png", "pdf")
+MILLIMETRES = 25.4
+"""Millimetres per inch."""
+POINTS = (5.0, 7.0)
+"""The least and the largest size of text that journals print."""
+THINNER = 7.0 / 9.0
+"""Sizes of text and lines in print, relative to the style of all figures."""
+FLATTEST = 0.75
+"""The least relative height of a figure in print: narrow panels need height."""
+DOTS = 300
+"""Dots per inch that journals require."""
+
+
+class PrintSize(NamedTuple):
+    """The size of a figure in a journal.
+
+    Attributes
+    ----------
+    width : float
+        Width in mm.
+    font : str, default ""
+        Name of the font; "" for the font of all figures.
+    """
+
+    width: float
+    font: str = ""
+
+    def check(self) -> None:
+        """Raise ChoiceError if the font is not installed."""
+        names = font_manager.get_font_names()
+        if self.font and self.font not in names:
+            raise ChoiceError(unknown("font", self.font, names))
 
 
 def save(
@@ -26,6 +60,7 @@ def save(
     watermark: str = "",
     formats: Sequence[str] = BOTH,
     below: Path | None = None,
+    size: PrintSize | None = None,
 ) -> list[Path]:
     """Write a figure to files, which are byte-identical for identical input.
 
@@ -45,6 +80,9 @@ def save(
     below : Path, optional
         Folder that the user has named; by default the folder of the files. No folder
         between the two may be a link.
+    size : PrintSize, optional
+        Change the figure to this width, with text of 5 to 7 points and 300 dots per
+        inch; by default the figure stays as drawn, with 200 dots per inch.
 
     Returns
     -------
@@ -65,6 +103,8 @@ def save(
     ['speed.png', 'speed.pdf']
     """
     (below or path.parent).mkdir(parents=True, exist_ok=True)
+    if size:
+        _fit(figure, size)
     if watermark:
         _mark(figure, watermark)
     files = {name: path.with_name(f"{path.name}.{name}") for name in formats}
@@ -72,7 +112,12 @@ def save(
         # The style sets the salt of ids in an SVG, and the dots per inch.
         with unfinished(files[name], below) as file, style.context(STYLE):
             _show_texts_as_they_are(figure)
-            figure.savefig(file, format=name, metadata=_in_format(name, metadata or {}))
+            figure.savefig(
+                file,
+                format=name,
+                metadata=_in_format(name, metadata or {}),
+                dpi=DOTS if size else None,
+            )
     return list(files.values())
 
 
@@ -136,6 +181,40 @@ def saved_about(path: Path) -> dict[str, str]:
             }
     except Exception:  # decoders of damaged files raise errors of almost any type
         return {}
+
+
+def _fit(figure: Figure, size: PrintSize) -> None:
+    """Give a figure the width, the sizes of text and the font of a journal."""
+    width, height = figure.get_size_inches()
+    scale = size.width / MILLIMETRES / width
+    figure.set_size_inches(scale * width, max(scale, FLATTEST) * height)
+    for text in figure.findobj(Text):
+        assert isinstance(text, Text)
+        least, most = POINTS
+        text.set_fontsize(min(max(THINNER * float(text.get_fontsize()), least), most))
+        if size.font:
+            text.set_fontfamily(size.font)
+    for line in figure.findobj(Line2D):
+        assert isinstance(line, Line2D)
+        line.set_linewidth(THINNER * line.get_linewidth())
+        line.set_markersize(THINNER * line.get_markersize())
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            # Another width has other ticks, which are made when the figure is drawn.
+            axis.set_tick_params(which="both", labelsize=POINTS[1])
+            if size.font:
+                axis.set_tick_params(which="both", labelfontfamily=size.font)
+    _break_labels(figure)
+
+
+def _break_labels(figure: Figure) -> None:
+    """Break the labels that are wider than their panels, before a unit or a scale."""
+    figure.draw_without_rendering()
+    for axes in figure.axes:
+        label = axes.xaxis.label
+        if label.get_window_extent().width > axes.get_window_extent().width:
+            text = label.get_text()
+            label.set_text(text.replace(", ", ",\n").replace(" (", "\n("))
 
 
 def _show_texts_as_they_are(figure: Figure) -> None:
