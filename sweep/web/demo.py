@@ -81,9 +81,9 @@ DEMOS = {
             name="flock",
             title="A flock",
             sentence="Each boid follows three rules about neighbours, and no boid"
-            " leads.",
+            " leads. Colour is heading.",
             speed=60,
-            overlays=(),
+            overlays=("headings",),
             first=300,
             every=3,
             frames=90,
@@ -91,8 +91,8 @@ DEMOS = {
         Demo(
             name="cafeteria",
             title="Cover a cafeteria",
-            sentence="A hundred boids wander round two tables. Colour marks the visited"
-            " floor.",
+            sentence="A hundred boids wander round two tables. How much of the floor"
+            " do they visit?",
             speed=60,
             overlays=("trails", "coverage"),
             first=0,
@@ -148,7 +148,7 @@ DEMOS = {
 PICTURED = ("flocks",)
 """Overlays that the server adds to a frame of an animation.
 
-The page draws trails. Visits would be many times as large as the boids.
+The page draws trails and colours of headings. Visits would be many times as large as the boids.
 """
 
 

@@ -348,11 +348,12 @@ export class Stage {
       drawPerception(this, scene, frame);
       drawFailed(this, scene, frame);
       drawBoids(this, scene, frame);
-      if (overlays.has("headings")) drawWheel(this, frame);
       if (overlays.has("accelerations")) drawAccelerations(this, frame);
     }
     drawHandles(this);
-    if (this.room === MARGIN) drawScale(this, scene);
+    if (this.room !== MARGIN) return; // a small picture has no legends
+    drawScale(this, scene);
+    if (frame && overlays.has("headings")) drawWheel(this, frame);
   }
 
   // Draws the picture as it is with another pen, so many times as fine as the screen.
