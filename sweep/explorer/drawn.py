@@ -171,6 +171,7 @@ def _panel(panel: MarkedPanel) -> dict[str, Any]:
         "title": panel.title,
         "x": _axis(panel.x),
         "y": _axis(panel.y),
+        "span": panel.span,
         "line": panel.line._asdict(),
         "marks": _columns_and_data(panel.marks),
     }

@@ -37,6 +37,7 @@ def trials(watched: Watched, question: AskTrials) -> dict[str, Any]:
     `rows` have `trial_id`, `point`, `replicate` and `status`, the `error` in a single
     line, and the `value` of the metric. `part` of a row is a name of NOTABLE or "", and
     `replay` is the command. `settings` has the parameters of each point of the page.
+    `median` is the id of the trial in the middle by the metric, "" if no trial is done.
 
     Raises ChoiceError for an unknown point or metric.
     """
@@ -67,6 +68,7 @@ def trials(watched: Watched, question: AskTrials) -> dict[str, Any]:
         "size": MOST_ROWS,
         "rows": json_rows(rows[SHOWN]),
         "settings": {point: settings.get(point, {}) for point in points},
+        "median": median_trial(candidates, column),
     }
 
 
@@ -83,6 +85,24 @@ def spec(watched: Watched, question: AskSpec) -> dict[str, Any]:
         "point": state.job.point,
         "replicate": state.replicate,
     }
+
+
+def median_trial(trials: pd.DataFrame, column: str) -> str:
+    """Return the id of the done trial in the middle by a column; "" for none.
+
+    For an even number of trials the lower of the two middle trials counts.
+
+    Parameters
+    ----------
+    trials : DataFrame
+    column : str
+        Column of the metric.
+    """
+    known = trials[(trials["status"] == "done") & np.isfinite(trials[column])]
+    if known.empty:
+        return ""
+    ordered = known.sort_values(column, kind="stable")["trial_id"]
+    return str(ordered.iloc[(len(ordered) - 1) // 2])
 
 
 def looked_at(trials: pd.DataFrame, column: str, better: str) -> pd.DataFrame:

@@ -62,8 +62,9 @@ class Cells(NamedTuple):
     `x` (columns + 1,) and `y` (rows + 1,) are edges. `mean`, `half` and `points` (rows,
     columns) are the mean, the half-width of the confidence interval, and the number of
     points. `shown` (rows, columns) is true for cells of this layer; the other cells
-    belong to coarser layers. `ids` maps the id of each point to the number of the cell,
-    row after row.
+    belong to coarser layers. `resolved` (rows, columns) is false for a cell of this
+    layer whose interval is wider than each step to a neighbour. `ids` maps the id of
+    each point to the number of the cell, row after row.
     """
 
     x: Floats
@@ -72,16 +73,12 @@ class Cells(NamedTuple):
     half: Floats
     points: NDArray[np.int64]
     shown: NDArray[np.bool_]
+    resolved: NDArray[np.bool_]
     ids: "pd.Series[int]"
 
     @property
-    def resolved(self) -> NDArray[np.bool_]:
-        """The cells (rows, columns) that are resolved, as True.
-
-        The interval of a resolved cell is not wider than the largest step to one of the
-        four neighbours. A cell without an interval or a neighbour counts as resolved,
-        and so does a cell of another layer.
-        """
+    def steps(self) -> Floats:
+        """The steps of the mean to the four neighbours (4, rows, columns)."""
         padded = np.pad(self.mean, 1, constant_values=np.nan)
         neighbours = [
             padded[1:-1, 2:],
@@ -89,10 +86,7 @@ class Cells(NamedTuple):
             padded[2:, 1:-1],
             padded[:-2, 1:-1],
         ]
-        steps = np.abs(np.stack(neighbours) - self.mean)
-        largest = np.nanmax(np.where(np.isnan(steps), -np.inf, steps), axis=0)
-        wide = (2 * self.half > largest) & np.isfinite(largest)
-        return np.asarray(~(wide & self.shown), np.bool_)
+        return np.asarray(np.abs(np.stack(neighbours) - self.mean), np.float64)
 
 
 def binned(selection: Selection, x: str, y: str) -> list[str]:
@@ -107,15 +101,18 @@ def binned(selection: Selection, x: str, y: str) -> list[str]:
         Names of the parameters.
     """
     numbers = {name: len(selection.values(name)) for name in (x, y)}
-    crowded = numbers[x] * numbers[y] > MOST_CELLS
+    sampled = {name for name in numbers if name in selection.sampled}
+    cells = [
+        min(number, MOST_BINS) if name in sampled else number
+        for name, number in numbers.items()
+    ]
+    crowded = cells[0] * cells[1] > MOST_CELLS
     return [
         name
         for name, number in numbers.items()
         if has_scale(selection.points[name])
         and (
-            number > MOST_DRAWN
-            if name in selection.sampled
-            else crowded and number > MOST_LISTED
+            number > MOST_DRAWN if name in sampled else crowded and number > MOST_LISTED
         )
     ]
 
@@ -131,13 +128,50 @@ def layers_of(layout: Heatmap, table: pd.DataFrame) -> list[Cells]:
     """
     known = table[table[layout.metric].notna()]
     if layout.averages:
-        return [_means_of_points(layout, known)]
+        return _with_resolved([_means_of_points(layout, known)])
     points = layout.selection.points
     levels = _levels(layout.selection, layout.x, layout.y)
     level_of = pd.concat(
         [points[name].map(levels[name]).fillna(0) for name in levels], axis=1
     ).max(axis=1)
-    return [_layer(layout, known, level_of, level) for level in sorted(set(level_of))]
+    levels_shown = sorted(set(level_of))
+    return _with_resolved(
+        [_layer(layout, known, level_of, level) for level in levels_shown]
+    )
+
+
+def _with_resolved(layers: list[Cells]) -> list[Cells]:
+    """Return layers that know which of their cells are resolved.
+
+    The neighbour of a cell in a direction is the neighbour in the finest layer that has
+    one: that is the cell beside it in the figure. A cell without an interval or a
+    neighbour counts as resolved.
+    """
+    steps = pd.DataFrame(columns=range(4), dtype=np.float64)
+    for cells in reversed(layers):
+        own = cells.steps.reshape(4, -1)[:, cells.ids.to_numpy()].T
+        steps = steps.combine_first(pd.DataFrame(own, cells.ids.index, range(4)))
+    return [_resolving(cells, steps.max(axis=1)) for cells in layers]
+
+
+def _resolving(cells: Cells, largest: "pd.Series[float]") -> Cells:
+    """Return cells that know whether they are resolved, by the largest steps."""
+    step = np.full(cells.mean.shape, np.nan)
+    step.ravel()[cells.ids.to_numpy()] = largest[cells.ids.index]
+    wide = cells.shown & (2 * cells.half > step)
+    return cells._replace(resolved=np.asarray(~wide, np.bool_))
+
+
+def span_of(layers: list[Cells]) -> tuple[float, float, float, float]:
+    """Return the left, right, lower and upper end of all cells.
+
+    Parameters
+    ----------
+    layers : list of Cells
+    """
+    x = np.concatenate([cells.x for cells in layers])
+    y = np.concatenate([cells.y for cells in layers])
+    return float(x.min()), float(x.max()), float(y.min()), float(y.max())
 
 
 def cell_table(
@@ -271,8 +305,10 @@ def _empty(x: Floats, y: Floats, ids: "pd.Series[int]") -> Cells:
     mean = np.full(shape, np.nan)
     half = np.full(shape, np.nan)
     points = np.zeros(shape, np.int64)
-    shown = np.ones(shape, np.bool_)
-    return Cells(x, y, mean, half, points=points, shown=shown, ids=ids)
+    every = np.ones(shape, np.bool_)
+    return Cells(
+        x, y, mean, half, points=points, shown=every, resolved=every.copy(), ids=ids
+    )
 
 
 def _divided(

@@ -15,7 +15,7 @@ from matplotlib.patches import Rectangle
 
 from sweep.analysis import equal
 from sweep.errors import ChoiceError
-from sweep.figures.cells import Cells, Heatmap, binned, cell_table, layers_of
+from sweep.figures.cells import Cells, Heatmap, binned, cell_table, layers_of, span_of
 from sweep.figures.drawing import note, quantity, span, tidy_grid, title_panel
 from sweep.figures.marks import FigureMarks, MarkedAxis, MarkedPanel, axis_of
 from sweep.figures.planning import Choices, FigureKind, Planned
@@ -387,7 +387,11 @@ def marks(study: Results, choices: Choices) -> FigureMarks:
     x, y = (_marked_axis(layout, name) for name in (layout.x, layout.y))
     panels = [
         MarkedPanel(
-            facet.title, x, y, cell_table(layout, cells, table.loc[facet.points])
+            facet.title,
+            x,
+            y,
+            cell_table(layout, cells, table.loc[facet.points]),
+            span=span_of([*chain(*layers)]),
         )
         for facet, cells in zip(layout.facets, layers, strict=True)
     ]

@@ -49,13 +49,15 @@ class MarkedLine(NamedTuple):
 class MarkedPanel(NamedTuple):
     """A panel: title, axes, and `marks` with a row per mark.
 
-    `FigureMarks` describes the columns of the marks.
+    `FigureMarks` describes the columns of the marks. `span` has the left, right, lower
+    and upper end of the cells of all panels; it is empty for other marks.
     """
 
     title: str
     x: MarkedAxis
     y: MarkedAxis
     marks: pd.DataFrame
+    span: tuple[float, ...] = ()
     line: MarkedLine = MarkedLine()
 
 

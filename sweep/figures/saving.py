@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from pathlib import Path
+from textwrap import wrap
 from typing import NamedTuple
 
 from matplotlib import font_manager, style
@@ -82,7 +83,8 @@ def save(
         between the two may be a link.
     size : PrintSize, optional
         Change the figure to this width, with text of 5 to 7 points and 300 dots per
-        inch; by default the figure stays as drawn, with 200 dots per inch.
+        inch; by default the figure stays as drawn, with 200 dots per inch. The size
+        changes `figure` itself, so draw a figure for each size.
 
     Returns
     -------
@@ -104,6 +106,7 @@ def save(
     """
     (below or path.parent).mkdir(parents=True, exist_ok=True)
     if size:
+        size.check()
         _fit(figure, size)
     if watermark:
         _mark(figure, watermark)
@@ -204,17 +207,25 @@ def _fit(figure: Figure, size: PrintSize) -> None:
             axis.set_tick_params(which="both", labelsize=POINTS[1])
             if size.font:
                 axis.set_tick_params(which="both", labelfontfamily=size.font)
-    _break_labels(figure)
+    _wrap_texts(figure)
 
 
-def _break_labels(figure: Figure) -> None:
-    """Break the labels that are wider than their panels, before a unit or a scale."""
+def _wrap_texts(figure: Figure) -> None:
+    """Wrap titles, labels and notes that are wider than their panel or the figure."""
     figure.draw_without_rendering()
-    for axes in figure.axes:
-        label = axes.xaxis.label
-        if label.get_window_extent().width > axes.get_window_extent().width:
-            text = label.get_text()
-            label.set_text(text.replace(", ", ",\n").replace(" (", "\n("))
+    panels = [(axes.title, axes) for axes in figure.axes]
+    panels += [(axes.xaxis.label, axes) for axes in figure.axes]
+    wide = [(text, axes.get_window_extent().width) for text, axes in panels]
+    across = figure.get_window_extent().width
+    below = [text for text in figure.findobj(Text) if text.get_figure() is figure]
+    wide += [(text, across) for text in below if isinstance(text, Text)]
+    for text, room in wide:
+        extent = text.get_window_extent().width
+        if text.get_text() and text.get_rotation() == 0 and extent > room:
+            lines = text.get_text().split("\n")
+            letters = int(max(map(len, lines)) * room / extent)
+            wrapped = [part for line in lines for part in wrap(line, max(letters, 8))]
+            text.set_text("\n".join(wrapped))
 
 
 def _show_texts_as_they_are(figure: Figure) -> None:

@@ -148,7 +148,8 @@ DEMOS = {
 PICTURED = ("flocks",)
 """Overlays that the server adds to a frame of an animation.
 
-The page draws trails and colours of headings. Visits would be many times as large as the boids.
+The page draws trails and colours of headings. Visits would be many times as large as
+the boids.
 """
 
 

@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 
 import numpy as np
+import pandas as pd
 import pytest
 from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
@@ -14,6 +15,8 @@ from matplotlib.patches import Rectangle
 from sweep.analysis import by_point, mean_interval
 from sweep.errors import ChoiceError
 from sweep.figures import heatmap_figure, scatter_figure
+from sweep.figures.cells import cell_table, layers_of
+from sweep.figures.heatmap import heatmap_layout
 from sweep.figures.kinds import KINDS
 from sweep.figures.marks import FigureMarks
 from sweep.figures.planning import Choices
@@ -162,6 +165,29 @@ def _has(mesh: object, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     within = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
     there = ~np.isnan(array[np.clip(row, 0, rows - 1), np.clip(column, 0, columns - 1)])
     return np.asarray(within & there, np.int64)
+
+
+def test_a_cell_is_compared_with_the_finer_cells_beside_it() -> None:
+    """The mean grows by 10 from column to column of the first grid, and by 5 to a finer
+    one. An interval of 8 hides the steps about the middle, and no other.
+    """
+    designs = (
+        "{cohesion_weight: [0, 1, 2], separation_weight: [0, 1, 2]}",
+        "{cohesion_weight: [0.5, 1, 1.5], separation_weight: [0.5, 1, 1.5]}",
+    )
+
+    def mean(settings: pd.DataFrame) -> np.ndarray:
+        return 10.0 * settings["cohesion_weight"].to_numpy()
+
+    made = made_up(f"[{', '.join(designs)}]", mean)
+    layout = heatmap_layout(made, "speed", "cohesion_weight", "separation_weight")
+    table = layout.selection.table(["speed"])
+    table = table.assign(speed_low=table["speed"] - 4, speed_high=table["speed"] + 4)
+    cells = cell_table(layout, layers_of(layout, table), table)
+    hidden = cells[~cells["resolved"]]
+    fine = {(x, y) for x in (0.5, 1.0, 1.5) for y in (0.5, 1.0, 1.5)}
+    beside = {(0.0, 1.0), (2.0, 1.0)}  # cells of the first grid, beside finer ones
+    assert set(zip(hidden["across"], hidden["up"], strict=True)) == fine | beside
 
 
 def test_a_grid_that_is_not_whole_has_one_layer() -> None:

@@ -8,11 +8,14 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
+import numpy as np
+import pandas as pd
 import pytest
 from playwright.sync_api import Browser, Page, Route, expect
 
 from sweep.cli.progress import ProgressBar
 from sweep.explorer.site import explorer
+from sweep.explorer.trials import median_trial
 from sweep.published.publications import read_all
 from sweep.published.reproducing import reproduce
 from sweep.tables.stored_study import StoredStudy
@@ -252,7 +255,7 @@ UPWARDS = 248, 0
     ("values", "about", "span", "label", "ticks"),
     [
         ([0.03, 40.0], LOG, UPWARDS, "noise", "0.1 1 10"),
-        ([2e-8, 3e6], LOG, UPWARDS, "noise", "10⁻⁶ 10⁻³ 1 1000 10⁶"),
+        ([2e-8, 3e6], LOG, UPWARDS, "noise", "10⁻⁶ 0.001 1 1000 10⁶"),
         ([0.02, 0.3], LOG, UPWARDS, "noise", "0.02 0.05 0.1 0.2"),
         ([3.0, 9.0], LOG, UPWARDS, "noise", "4 6 8"),
         ([110.0, 130.0], LOG, UPWARDS, "noise", "110 115 120 125 130"),
@@ -265,6 +268,18 @@ UPWARDS = 248, 0
             "speed (10⁻³ m/s)",
             "0 0.5 1 1.5 2",
         ),
+        ([0.52, 0.98], {}, (39, 0), "", "0.5 1"),
+        ([0.3, 0.9], {}, (39, 0), "", "0.4 0.8"),
+        ([0, 200_000], {}, (0, 200), "", "0 100000 200000"),
+        (
+            [1e-5, 0.1],
+            LOG | {"listed": [1e-5, 0.01, 0.1]},
+            UPWARDS,
+            "noise",
+            "10⁻⁵ 0.01 0.1",
+        ),
+        ([10000.1, 10000.9], {}, UPWARDS, "", "10000.2 10000.4 10000.6 10000.8"),
+        ([4.5, 10.5], {"listed": [*range(1, 11)]}, (0, 300), "", "5 6 7 8 9 10"),
         ([0, 3e6], {"label": "trials"}, (0, 300), "trials (10⁶)", "0 1 2 3"),
         ([0, 1], {"names": ["torus", "bounded"]}, (0, 300), "", "torus bounded"),
         ([0.5, 0.5], {}, UPWARDS, "", "0.46 0.48 0.5 0.52 0.54"),
@@ -291,6 +306,41 @@ def median_of(study: StoredStudy, point: str) -> str:
     own = study.trials[study.trials["point"] == point]
     ordered = own.sort_values(study.metrics[0], kind="stable")["trial_id"]
     return str(ordered.iloc[(len(ordered) - 1) // 2])
+
+
+@pytest.mark.parametrize(
+    ("values", "statuses", "median"),
+    [
+        ([3.0, 1.0, 2.0], "done done done", 2),
+        ([1.0, 2.0, 9.0, 3.0], "done done done done", 1),
+        ([np.nan, 4.0], "failed done", 1),
+        ([np.nan, 4.0, 5.0], "failed done done", 1),
+        ([np.nan, np.nan], "failed done", None),
+    ],
+)
+def test_the_median_trial_is_done(
+    values: list[float], statuses: str, median: int | None
+) -> None:
+    ids = [f"trial {place}" for place in range(len(values))]
+    table = pd.DataFrame({"trial_id": ids, "status": statuses.split(), "speed": values})
+    assert median_trial(table, "speed") == ("" if median is None else ids[median])
+
+
+def test_a_rectangle_about_several_marks_plays_no_trial(opened: Open) -> None:
+    page = opened("#study=grid", reduced_motion="reduce")
+    seen(page, ".figure canvas")
+    board = page.locator(".board").first
+    board.click(position={"x": 120, "y": 60})
+    seen(page, ".player .record .exact")
+    board.focus()
+    for key in ("Home", "Shift+ArrowRight", "Shift+ArrowRight", "Enter"):
+        page.keyboard.press(key)
+    expect(page.locator("section[aria-label=player]")).to_be_hidden()
+    expect(page.locator("section[aria-label=trials] h2")).to_contain_text("points")
+    board.click(position={"x": 120, "y": 60})
+    seen(page, ".player .record .exact")
+    board.click(position={"x": 120, "y": 292})  # beside all marks
+    expect(page.locator("section[aria-label=player]")).to_be_hidden()
 
 
 @pytest.mark.parametrize("size", [(1440, 900), (1024, 768)])

@@ -11,7 +11,7 @@ const LINE = 14;
 const ASIDE = 80; // between round values
 const ABOVE = 45;
 const MOST_LISTED = 12;
-const SHORT_POWERS = [-3, 4]; // powers of ten that are written as numbers
+const SHORT_POWERS = [-2, 4]; // powers of ten that are written as numbers
 const MOST_DECADES = 3; // between which round values have names too
 const RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹";
 
@@ -77,32 +77,44 @@ export class Axis {
   // The names, the listed values, or round values, as many as have room.
   /** @returns {Tick[]} */
   get ticks() {
-    const { names, power, values } = this;
-    const texts = names.length
-      ? names
-      : values.map((value) =>
-        this.ofDecades ? decade(Math.round(Math.log10(value))) : short(value / power)
-      );
-    return this.apart(this.some(values.map((at, i) => ({ at, text: texts[i] }))));
+    const { first, last, names } = this;
+    const within = this.values.map((at, i) => ({ at, text: names[i] ?? "" })).filter(
+      ({ at }) => this.place(at) >= first - 1e-9 && this.place(at) <= last + 1e-9,
+    );
+    const texts = this.texts(within.map(({ at }) => at));
+    const ticks = within.map(({ at }, i) => ({ at, text: texts[i] }));
+    return this.apart(this.some(ticks));
+  }
+
+  // The names of values: as many digits as tell them apart.
+  /** @param {number[]} values */
+  texts(values) {
+    if (this.names.length) return values.map((at) => this.names[at]);
+    if (this.logarithmic) return values.map(powerOrNumber);
+    const steps = values.slice(1).map((value, i) => Math.abs(value - values[i]));
+    const most = Math.max(...values.map(Math.abs));
+    const digits = Math.ceil(Math.log10(most / Math.min(...steps))) + 1;
+    const enough = Number.isFinite(digits) ? Math.min(Math.max(digits, 4), 12) : 4;
+    return values.map((value) => short(value / this.power, enough));
   }
 
   // The label of the axis. A power of ten is a part of the unit: "speed (10⁻³ m/s)".
   get label() {
     const label = unitText(this.about.label);
     if (this.power === 1) return label;
-    const power = decade(Math.round(Math.log10(this.power)));
+    const power = raised(Math.round(Math.log10(this.power)));
     return label.endsWith(")")
       ? label.replace(/\(([^(]*\))$/, `(${power} $1`)
       : `${label} (${power})`;
   }
 
   // The power of ten that is left out of all numbers at the ticks: 1 for numbers that
-  // are short with it.
+  // are short with it, and where no label says it.
   get power() {
-    if (this.names.length || this.ofDecades) return 1;
+    if (this.names.length || this.logarithmic || !this.about.label) return 1;
     const most = Math.max(...this.values.map(Math.abs));
     const power = Math.floor(Math.log10(most));
-    return most > 0 && (power <= SHORT_POWERS[0] || power > SHORT_POWERS[1])
+    return most > 0 && (power < SHORT_POWERS[0] || power > SHORT_POWERS[1])
       ? Number(`1e${power}`)
       : 1;
   }
@@ -136,9 +148,9 @@ export class Axis {
   // Round values. On a logarithmic axis of a decade or more: 1, 2, 5, 10, 20, ...
   get round() {
     const { first, last, logarithmic } = this;
-    if (!logarithmic) return multiples(first, last, nice((last - first) / this.most));
+    if (!logarithmic) return roundly(first, last, this.most);
     const [low, high] = [10 ** first, 10 ** last];
-    if (last - first < 1) return multiples(low, high, nice((high - low) / this.most));
+    if (last - first < 1) return roundly(low, high, this.most);
     return multiples(Math.floor(first), last, 1)
       .flatMap((power) => [1, 2, 5].map((one) => Number(`${one}e${power}`)))
       .filter((one) => one >= low && one <= high);
@@ -166,8 +178,9 @@ export class Axis {
   /** @param {Tick[]} ticks */
   apart(ticks) {
     let free = -Infinity;
+    const way = Math.sign(this.to - this.from);
     return ticks.filter(({ at, text }) => {
-      const place = Math.abs(this.pixel(at) - this.from);
+      const place = way * (this.pixel(at) - this.from);
       if (place - this.size(text) / 2 < free) return false;
       free = place + this.size(text) / 2;
       return true;
@@ -186,6 +199,14 @@ function multiples(low, high, step) {
   );
 }
 
+// Round values: about so many, and two at least.
+/** @param {number} low @param {number} high @param {number} most */
+function roundly(low, high, most) {
+  const parts = [most, 2 * most, 4 * most, 8 * most];
+  const found = parts.map((part) => multiples(low, high, nice((high - low) / part)));
+  return found.find((values) => values.length > 1) ?? found[0];
+}
+
 // A round step that is not below the least one.
 /** @param {number} least */
 function nice(least) {
@@ -193,11 +214,17 @@ function nice(least) {
   return power * ([1, 2, 5].find((one) => one * power >= least) ?? 10);
 }
 
-// A power of ten as people write it.
-/** @param {number} power */
-function decade(power) {
+// A value of a logarithmic axis: a large or small power of ten as a power.
+/** @param {number} value */
+function powerOrNumber(value) {
+  const power = Math.round(Math.log10(value));
   const [low, high] = SHORT_POWERS;
-  if (power > low && power <= high) return short(Number(`1e${power}`));
+  const isPower = Math.abs(value / Number(`1e${power}`) - 1) < 1e-9;
+  return isPower && (power < low - 1 || power > high) ? raised(power) : short(value);
+}
+
+/** @param {number} power */
+function raised(power) {
   const digits = Array.from(String(Math.abs(power)), (one) => RAISED[Number(one)]);
   return `10${power < 0 ? "⁻" : ""}${digits.join("")}`;
 }

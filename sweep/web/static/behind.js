@@ -58,7 +58,7 @@ export class TrialTable {
     this.choice = choice;
     if (JSON.stringify(this.asked) !== before) this.page = 0;
     this.element.hidden = !choice.point;
-    if (!choice.point) return;
+    if (!choice.point) return this.dots.clear();
     const asked = JSON.stringify(this.asked);
     const page = this.page ? String(this.page) : "";
     /** @type {Trials} */
@@ -66,9 +66,8 @@ export class TrialTable {
     if (asked !== JSON.stringify(this.asked)) return;
     this.trials = trials;
     this.draw();
-    if (choice.trial !== MEDIAN) return;
-    const median = trials.rows.find(({ part }) => part === MEDIAN) ?? trials.rows[0];
-    this.settle({ trial: median?.trial_id ?? "" });
+    const isLatest = choice === this.choice;
+    if (choice.trial === MEDIAN && isLatest) this.settle({ trial: trials.median });
   }
 
   draw() {
@@ -87,9 +86,11 @@ export class TrialTable {
       more: this.besideOf(trial.trial_id, choice),
     }));
     const value = `${spaced(metric)}${unit ? ` (${unitText(unit)})` : ""}`;
-    this.dots.show(points.length === 1 ? trials.rows : [], value, choice);
+    if (!trials.page) {
+      this.dots.show(points.length === 1 ? trials.rows : [], value, choice);
+    }
     const row = trials.rows.find(({ trial_id: id }) => id === choice.trial);
-    this.dots.tell(row ? [settingsSaid(settings[row.point]), told(row, unit)] : []);
+    if (row) this.dots.tell([settingsSaid(settings[row.point]), told(row, unit)]);
     const headings = ["trial", "replicate", value, "reason"].map((text) => ({
       text,
     }));
@@ -152,14 +153,27 @@ export class TrialDots {
     this.low = make("span");
     this.name = make("span");
     this.high = make("span");
+    this.scale = make(
+      "div",
+      { className: "row spread" },
+      this.low,
+      this.name,
+      this.high,
+    );
     this.element = make(
       "div",
       { className: "dots" },
       this.words,
       this.line,
-      make("div", { className: "row spread" }, this.low, this.name, this.high),
+      this.scale,
     );
     this.line.addEventListener("click", (event) => this.take(event));
+  }
+
+  clear() {
+    this.dots = [];
+    this.line.hidden = this.scale.hidden = true;
+    this.tell([]);
   }
 
   // What is said of the trial that plays.
@@ -175,7 +189,8 @@ export class TrialDots {
     );
     const values = known.map(({ value }) => Number(value));
     const axis = new Axis(values).span(0, 100);
-    this.element.hidden = known.length < 2;
+    this.line.hidden = this.scale.hidden = known.length < 2;
+    this.tell([]);
     this.playing = playing;
     this.dots = known.map((trial) => ({
       trial,

@@ -34,11 +34,8 @@ export class Cells extends Board {
 
   /** @override @returns {[Axis, Axis]} */
   scales() {
-    const { dots, panel: { x, y } } = this;
-    return [
-      new Axis(dots.flatMap(({ left, right }) => [left, right]), x, 0),
-      new Axis(dots.flatMap(({ bottom, top }) => [bottom, top]), y, 0),
-    ];
+    const { x, y, span: [left, right, bottom, top] } = this.panel;
+    return [new Axis([left, right], x, 0), new Axis([bottom, top], y, 0)];
   }
 
   /**

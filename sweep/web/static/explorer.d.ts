@@ -85,6 +85,8 @@ export interface Trials {
   size: number;
   rows: Trial[];
   settings: Record<string, Record<string, Known | string | boolean>>;
+  /** The trial in the middle by the metric; "" for none. */
+  median: string;
 }
 
 export interface FigureAxis {
@@ -102,6 +104,8 @@ export interface Panel {
   title: string;
   x: FigureAxis;
   y: FigureAxis;
+  /** Of cells: the left, right, lower and upper end of all panels. */
+  span: number[];
   line: { x: number[]; y: number[]; text: string };
   marks: { columns: string[]; index: number[]; data: (Known | string | boolean)[][] };
 }

@@ -247,8 +247,10 @@ export class FigurePanel {
     this.crowd.textContent = `${points.length.toLocaleString("en")} points; up to ` +
       `${MOST_POINTS} can be chosen at once`;
     const chosen = many ? {} : { point: points.join(" ") };
-    const one = points.length === 1 ? { trial: MEDIAN, beside: "" } : {};
-    this.go({ region, ...chosen, ...one });
+    const { point = "", trial = "" } = this.choice ?? {};
+    const plays = trial && points.join(" ") === point;
+    const median = points.length === 1 ? MEDIAN : "";
+    this.go({ region, ...chosen, ...(plays ? {} : { trial: median, beside: "" }) });
   }
 
   // The points that are chosen stand out, before anything is asked.

@@ -87,7 +87,9 @@ export class Forest {
     const far = ends.map(Math.abs).toSorted((a, b) => a - b);
     const most = Math.max(FAR * (far[far.length >> 1] ?? 0), ...inner.map(Math.abs));
     const kept = ends.map((end) => Math.min(Math.max(end, -most), most));
-    return new Axis([...inner, ...kept]);
+    const { metric = "", unit = "" } = lines[0]?.about ?? {};
+    const label = `${spaced(metric)}, B - A${unit ? ` (${unit})` : ""}`;
+    return new Axis([...inner, ...kept], { label });
   }
 
   draw() {
@@ -164,11 +166,9 @@ export class Forest {
     context.fillStyle = inks.muted;
     context.textAlign = "right";
     context.fillText(this.labels, left - 8, TOP - 10, left - 12);
-    const { metric = "", unit = "" } = this.lines[0]?.about ?? {};
-    const what = `${spaced(metric)}, B - A${unit ? ` (${unitText(unit)})` : ""}`;
     context.textAlign = "center";
     context.fillStyle = inks.ink;
-    context.fillText(what, (left + right) / 2, height - 8);
+    context.fillText(scale.label, (left + right) / 2, height - 8);
   }
 
   /**

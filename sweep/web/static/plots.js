@@ -333,7 +333,6 @@ export class Plot {
       context.fillText(text, across.pixel(at), area.bottom + 12);
     }
     context.textAlign = "left";
-    context.fillText(along.label.trim(), 2, area.top - 4);
   }
 
   /**

@@ -324,9 +324,11 @@ export class Plotted {
     const { x, y } = this.data.figure;
     if (!x || !y) return;
     const { element, point, row } = mark;
+    const { area } = this;
+    const [column, line] = [Number(row[x.name]), Number(row[y.name])];
     mark.at = {
-      x: across.pixel(Number(row[x.name])),
-      y: along.pixel(Number(row[y.name])),
+      x: Math.min(Math.max(across.pixel(column), area.left), area.right),
+      y: Math.min(Math.max(along.pixel(line), area.top), area.bottom),
     };
     const { cell } = point;
     if (cell) {

@@ -125,10 +125,12 @@ export class ScorecardView {
   // chosen stands out.
   /** @param {Scorecard} scorecard @param {Choice} choice */
   mark({ rows }, choice) {
-    this.offer(rows, choice.verdict);
+    const known = rows.some(({ status }) => status === choice.verdict);
+    const verdict = known ? choice.verdict : "";
+    this.offer(rows, verdict);
     for (const [study, table] of this.listed) {
       const own = rows.filter((row) =>
-        row.study === study && (!choice.verdict || row.status === choice.verdict)
+        row.study === study && (!verdict || row.status === verdict)
       );
       this.fill(table, own, choice);
       const heading = table.element.previousElementSibling;
