@@ -550,6 +550,12 @@ def test_a_spec_with_the_section_is_valid() -> None:
             "",
             "exactly one axis, whose distributions are the prior; it has 0",
         ),
+        (
+            "sweep:\n  prior: {sample: random, points: 400, separation_weight:"
+            " {uniform: [0, 3]}}\n",
+            "sizes: {n: [20, 40]}\n",
+            'the only axis of the spec is "sizes", of another section',
+        ),
         ("[speed], pop", "[sped], pop", 'unknown recorded metric "sped"; did you mean'),
         ("[speed], pop", "{speed: median}, pop", "statistic"),
         ("[speed], pop", "{speed: 1.5}, pop", "a probability above 0 and below 1"),

@@ -534,15 +534,18 @@ def test_each_of_several_goals_is_dragged(opened: Open) -> None:
         assert after[:index] + after[index + 1 :] == (
             before[:index] + before[index + 1 :]
         )
+        page.until("boidsweep.view.state.undo")
         page.page.keyboard.press("Control+z")
         page.until(
             f"boidsweep.view.stage.scene.next_goals[{index - 1}][1] === {start[1]}"
         )
         assert goals(page) == [first, list(SECOND), list(THIRD)]
+        page.until("boidsweep.view.state.redo")  # the state comes after the scene
         page.page.keyboard.press("Control+Shift+z")
         page.until(
             f"boidsweep.view.stage.scene.next_goals[{index - 1}][1] !== {start[1]}"
         )
+        page.until("!boidsweep.view.state.redo && boidsweep.view.state.undo")
         page.page.keyboard.press("Control+z")
         page.until(
             f"boidsweep.view.stage.scene.next_goals[{index - 1}][1] === {start[1]}"

@@ -359,7 +359,12 @@ def _axis(root: Entry, context: SpecContext) -> Axis:
             f" {len(axes)}"
         )
     (axis,) = axes
-    written = root.child("sweep").child(axis.name)
+    if designs is None or axis.name not in designs.value:
+        raise entry.error(
+            '"sweep" needs an axis, whose distributions are the prior; the only axis of'
+            f' the spec is "{axis.name}", of another section'
+        )
+    written = designs.child(axis.name)
     if axis.when or axis.continued:
         key = "when" if axis.when else "continue"
         raise written.child(key).error(f'the axis of a prior takes no "{key}"')
