@@ -82,6 +82,15 @@ def judged(
     )
 
 
+def test_values_of_runs_lie_side_by_side() -> None:
+    axes = Figure().subplots()
+    for place, values in ((2, [1.0, 3.0, 2.0]), (3, [5.0])):
+        runs_module._strip(axes, place, np.array(values), "k", "normal")
+    several, _, one, _ = (line.get_xdata() for line in axes.lines)
+    assert np.asarray(several) == pytest.approx([1.8, 2.0, 2.2])
+    assert np.asarray(one) == pytest.approx([3.0])
+
+
 def test_a_history_has_every_candidate_the_winner_by_then_and_what_is_held_out(
     drawn,
 ) -> None:

@@ -56,6 +56,9 @@ def test_a_plane_has_a_rectangle_for_each_cell(tmp_path: Path) -> None:
     hatched = sum(bool(cell.get_hatch()) for cell in cells)
     assert hatched == (found.cells["state"] == "unresolved").sum() > 0
     assert axes.get_xscale() == "log"
+    x, y = found.points["cohesion_weight"], found.points["separation_weight"]
+    assert axes.get_xlim() == (x.min(), x.max())
+    assert axes.get_ylim() == (y.min(), y.max())
     (legend,) = figure.legends
     names = [text.get_text() for text in legend.get_texts()]
     assert names[0] == "mean speed (px/step) above 2"

@@ -14,6 +14,7 @@ from sweep.design.jobs import Job
 from sweep.errors import ChoiceError, StoreError
 from sweep.loaded import LoadedStudy
 from sweep.methods.robustness import AS_IT_IS, outcome_of
+from sweep.methods.robustness.report import _notes
 from sweep.own_code.reading import with_variants
 from sweep.spec.study import parse_spec
 from sweep.trial.result import Result
@@ -170,6 +171,10 @@ def test_a_metric_of_one_step_is_not_judged_with_another(
         "all-pairs": "survives",
         "update-synchronous": "survives",
     }
+    note = "-: not judged, because the time step changes the meaning of: "
+    (said,) = (line for line in _notes(found) if line.startswith(note))
+    assert "turn_rate" in said
+    assert not any(line.startswith(note) for line in _notes(stiff.validity("speed")))
 
 
 def test_adding_the_section_runs_what_is_new_alone(
