@@ -161,6 +161,9 @@ def test_a_tour_of_a_comparison_to_a_trial_of_either_side(opened: Open) -> None:
     page.locator("#study-b").fill("grid:borders=bounded")
     page.get_by_role("button", name="compare").click()
     seen(page, ".forest canvas")
+    card = page.locator("[aria-label=comparison]").bounding_box()
+    assert card
+    assert card["x"] + card["width"] <= 1400 - card["x"]  # a margin on both sides
     page.locator("#compared-metric").select_option("speed")
     page.locator("#compared-margin").fill("0.25")
     page.locator("#compared-margin").press("Enter")

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Locator, Page
 
+from sweep.figures.heatmap import UNRESOLVED
 from sweep.figures.kinds import KINDS
 from sweep.figures.marks import FigureMarks
 from sweep.figures.planning import Choices
@@ -224,6 +225,8 @@ def test_a_heatmap_has_the_hatched_cells_of_the_explorer(
     hatched = marks(page).filter(has=page.locator("[fill='url(#hatching)']"))
     assert 0 < hatched.count() < len(resolved)
     assert hatched.count() == (~resolved).sum()
+    rule = UNRESOLVED.removeprefix("hatched: ")
+    assert f"Hatched: {rule}" in page.locator("body").inner_text()
 
 
 def test_another_trial_of_a_point_can_be_picked(

@@ -22,8 +22,8 @@ const VERIFIED =
 const TRIAL = "trial"; // in the address, after its #
 const SECONDS = 12; // that a run takes on the page, about
 const SPEEDS = [1, 5, 15, 30, 60, 120, 300, 1000];
-const HATCHED = "Hatched: the confidence interval of the cell contains the means of" +
-  " all adjacent cells.";
+const HATCHED = "Hatched: the confidence interval is wider than all steps to adjacent" +
+  " cells.";
 const WAYS = "Click a point to play its run. Drag across the figure, or use the arrow" +
   " keys, to see other runs at the same step; Enter plays.";
 
