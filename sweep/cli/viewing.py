@@ -6,6 +6,7 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
+from urllib.parse import urlsplit
 
 import typer
 
@@ -34,9 +35,9 @@ def view(
     source: Annotated[
         str | None,
         typer.Argument(
-            metavar="[SPEC | STUDY]",
-            help="Spec or stored study, shown from its first point; by default a page"
-            " of demos.",
+            metavar="[SPEC | STUDY | LINK]",
+            help="Spec or stored study, shown from its first point, or an address of"
+            " Copy as link; by default a page of demos.",
         ),
     ] = None,
     trial: Annotated[
@@ -110,6 +111,9 @@ def view(
             f"{source} is a spec, but {trial} is a trial of a study;"
             f" use sweep view STUDY {trial}"
         )
+    link = source if source and _is_link(source) else ""
+    if link and (trial or settings or launch):
+        stop("an address of Copy as link excludes a trial, --set and --launch")
     if launch:
         _check_launch(launch, source, model)
     if trial and settings:
@@ -142,6 +146,8 @@ def view(
         site = explorer._replace(home=site.home)
     server = PageServer(_first_at_once(begin) if chosen else begin, port, site)
     address = server.url if chosen else server.start
+    if link:
+        address = f"{server.url}#{urlsplit(link).fragment}"
     print(address, flush=True)
     print("Ctrl-C ends the server", file=sys.stderr)
     if not no_open:
@@ -244,6 +250,10 @@ def _with(settings: list[str] | None, state: "ViewState") -> "ViewState":
     return state.with_settings(changes) if changes else state
 
 
+def _is_link(source: str) -> bool:
+    return source.startswith(("http://", "https://"))
+
+
 def _is_spec(source: str) -> bool:
     return source.endswith(SPEC_ENDINGS) or Path(source).is_file()
 
@@ -251,15 +261,17 @@ def _is_spec(source: str) -> bool:
 def _state_of(
     source: str, results: Results, *, trust: bool, code: bool, code_from: Path | None
 ) -> "ViewState":
-    """Return the state of the first point of a spec, or of the first trial of a study.
+    """Return the state of a link, or the first of a spec or of a study.
 
     For a spec of several studies, the first study is shown. For a stored study, the
     simulator can choose among all trials of the spec.
     """
     from sweep.errors import StoreError
     from sweep.own_code import load_specs
-    from sweep.web import from_stored, from_study
+    from sweep.web import from_link, from_stored, from_study
 
+    if _is_link(source):
+        return from_link(source)
     if _is_spec(source):
         return from_study(load_specs(Path(source), code=code, code_from=code_from)[0])
     study = _stored(source, results, trust)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from sweep.errors import ChoiceError
 from sweep.explorer.asking import MOST_ROWS, AskSpec, AskTrials
@@ -98,11 +99,10 @@ def median_trial(trials: pd.DataFrame, column: str) -> str:
     column : str
         Column of the metric.
     """
-    known = trials[(trials["status"] == "done") & np.isfinite(trials[column])]
-    if known.empty:
+    upwards = _upwards(trials, column)
+    if not len(upwards):
         return ""
-    ordered = known.sort_values(column, kind="stable")["trial_id"]
-    return str(ordered.iloc[(len(ordered) - 1) // 2])
+    return str(trials["trial_id"].iloc[_middle(upwards)])
 
 
 def looked_at(trials: pd.DataFrame, column: str, better: str) -> pd.DataFrame:
@@ -124,15 +124,12 @@ def looked_at(trials: pd.DataFrame, column: str, better: str) -> pd.DataFrame:
     DataFrame, shape (T, ...)
         The trials with a column `part`, which has names of NOTABLE or "".
     """
-    values = trials[column].to_numpy(np.float64)
-    known = (trials["status"] == "done").to_numpy() & np.isfinite(values)
-    places = np.flatnonzero(known)
-    upwards = places[np.argsort(values[places], kind="stable")]
+    upwards = _upwards(trials, column)
     from_worst = upwards[::-1] if better == "low" else upwards
     part = np.full(len(trials), "", dtype=object)
     first: list[int] = []
     if len(upwards):
-        chosen = (from_worst[0], upwards[(len(upwards) - 1) // 2], from_worst[-1])
+        chosen = (from_worst[0], _middle(upwards), from_worst[-1])
         for name, place in zip(NOTABLE[better], chosen, strict=True):
             if not part[place]:
                 part[place] = name
@@ -140,6 +137,19 @@ def looked_at(trials: pd.DataFrame, column: str, better: str) -> pd.DataFrame:
     not_done = np.flatnonzero((trials["status"] != "done").to_numpy())
     order = [*not_done, *first, *from_worst, *np.arange(len(trials))]
     return trials.assign(part=part).iloc[list(dict.fromkeys(order))]
+
+
+def _upwards(trials: pd.DataFrame, column: str) -> NDArray[np.int64]:
+    """Return the rows of the done trials with a value, by rising value."""
+    values = trials[column].to_numpy(np.float64)
+    known = (trials["status"] == "done").to_numpy() & np.isfinite(values)
+    rows = np.flatnonzero(known)
+    return rows[np.argsort(values[rows], kind="stable")]
+
+
+def _middle(upwards: NDArray[np.int64]) -> int:
+    """Return the row in the middle; of an even number, the lower of the middle rows."""
+    return int(upwards[(len(upwards) - 1) // 2])
 
 
 def _of_points(study: StoredStudy, points: tuple[str, ...]) -> pd.DataFrame:

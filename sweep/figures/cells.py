@@ -14,7 +14,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from sweep.analysis import CONFIDENCE, group_bounds
-from sweep.figures.marks import MOST_IDS
+from sweep.figures.marks import MOST_IDS, MOST_MARKS
 from sweep.figures.scales import (
     Floats,
     bin_edges,
@@ -28,8 +28,6 @@ MOST_DRAWN = 12
 """The most values of a sampled parameter that are not divided into bins."""
 MOST_LISTED = 30
 """The most values of a listed parameter that are never divided into bins."""
-MOST_CELLS = 5000
-"""The most cells of a heatmap of points of listed parameters."""
 FEWEST_BINS = 3
 MOST_BINS = 12
 POINTS_A_BIN = 10
@@ -106,7 +104,7 @@ def binned(selection: Selection, x: str, y: str) -> list[str]:
         min(number, MOST_BINS) if name in sampled else number
         for name, number in numbers.items()
     ]
-    crowded = cells[0] * cells[1] > MOST_CELLS
+    crowded = cells[0] * cells[1] > MOST_MARKS
     return [
         name
         for name, number in numbers.items()
@@ -178,6 +176,14 @@ def cell_table(
     layout: Heatmap, layers: list[Cells], table: pd.DataFrame
 ) -> pd.DataFrame:
     """Return a table with a row per cell that is shown.
+
+    Parameters
+    ----------
+    layout : Heatmap
+    layers : list of Cells
+        The result of `layers_of`.
+    table : DataFrame
+        The rows of the panel in the table of `Selection.table`.
 
     Returns
     -------

@@ -173,15 +173,18 @@ def draw_heatmap(layout: Heatmap) -> Figure:
             layout,
             panels,
             _means,
+            write=_hatch,
             label=name,
             colours="viridis",
         )
         if known:
+            counted = layout.averages and len(panels) <= MOST_COUNTED
             _block(
                 blocks.flat[1],
                 layout,
                 panels,
                 _halves,
+                write=_count if counted else _nothing,
                 label=f"half-width of the 95 % CI of\n{name}",
                 colours="magma",
             )
@@ -208,12 +211,15 @@ def _block(
     layout: Heatmap,
     panels: list[list[Cells]],
     values: Callable[[Cells], Floats],
+    *,
+    write: Callable[[Axes, Cells, Floats], None],
     label: str,
     colours: str,
 ) -> None:
     """Draw a panel per facet, with a common colour scale that has the label `label`.
 
-    Finer layers of cells lie over coarser layers.
+    Finer layers of cells lie over coarser layers. `write` marks the cells of a layer,
+    for which it gets their lightness from 0 (dark) to 1.
     """
     across = _across(layout)
     grid = block.subplots(
@@ -225,15 +231,12 @@ def _block(
     ):
         for cells in layers:
             _mesh(axes, cells, values(cells), scale, colours=colours)
-            if values is _means:
-                _hatch(axes, cells, scale(cells.mean))
+        for cells in layers:
+            write(axes, cells, scale(values(cells)))
         label_setting(layout.selection, layout.x, axes)
         label_setting(layout.selection, layout.y, axes, "y")
         axes.set(xlabel="", ylabel="")
         title_panel(axes, facet.title.split(", "), across)
-        if layout.averages and len(panels) <= MOST_COUNTED and values is _halves:
-            for cells in layers:
-                _count(axes, cells, scale(cells.half))
     block.supxlabel(axis_label(layout.selection, layout.x), fontsize=9)
     block.supylabel(axis_label(layout.selection, layout.y), fontsize=9)
     block.colorbar(
@@ -297,6 +300,10 @@ def _hatch(axes: Axes, cells: Cells, shade: Floats) -> None:
             edgecolor="0.35" if shade[row, column] > LIGHT else "0.85",
         )
         axes.add_patch(cell)
+
+
+def _nothing(_axes: Axes, _cells: Cells, _shade: Floats) -> None:
+    """Leave cells as they are."""
 
 
 def _count(axes: Axes, cells: Cells, shade: Floats) -> None:
@@ -385,13 +392,14 @@ def marks(study: Results, choices: Choices) -> FigureMarks:
     table = selection.table([metric])
     layers = [layers_of(layout, table.loc[facet.points]) for facet in layout.facets]
     x, y = (_marked_axis(layout, name) for name in (layout.x, layout.y))
+    span = span_of([*chain(*layers)])
     panels = [
         MarkedPanel(
             facet.title,
             x,
             y,
             cell_table(layout, cells, table.loc[facet.points]),
-            span=span_of([*chain(*layers)]),
+            span=span,
         )
         for facet, cells in zip(layout.facets, layers, strict=True)
     ]

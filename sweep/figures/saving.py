@@ -51,7 +51,8 @@ class PrintSize(NamedTuple):
         """Raise ChoiceError if the font is not installed."""
         names = font_manager.get_font_names()
         if self.font and self.font not in names:
-            raise ChoiceError(unknown("font", self.font, names))
+            listed = "matplotlib.font_manager.get_font_names() lists the fonts"
+            raise ChoiceError(f"{unknown('font', self.font, names)}; {listed}")
 
 
 def save(

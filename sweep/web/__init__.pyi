@@ -28,6 +28,7 @@ from .show import Show as Show
 from .state import ViewState as ViewState
 from .state import begin as begin
 from .state import from_job as from_job
+from .state import from_link as from_link
 from .state import from_study as from_study
 from .stored import from_stored as from_stored
 from .widget import View as View

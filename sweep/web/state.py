@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
+from urllib.parse import parse_qs, urlsplit
 
 from kernels.catalogue import BUILT_IN, Catalogue
 from kernels.metrics import METRICS
@@ -41,7 +42,7 @@ from sweep.spec import (
     written,
 )
 from sweep.text import closest, unknown
-from sweep.web.opened import Edits, OpenedSpec, opened
+from sweep.web.opened import Edits, OpenedSpec, opened, opened_again
 
 COMMON = Streams(noise="common")
 ANY_METRIC = next(name for name, metric in METRICS.items() if metric.looks)
@@ -488,6 +489,36 @@ def from_study(study: Study) -> ViewState:
 def from_opened(spec: OpenedSpec) -> ViewState:
     """Return the state that shows a trial of an opened spec."""
     return replace(from_job(spec.job), opened=spec)
+
+
+def from_link(link: str) -> ViewState:
+    """Return the state in the address of "Copy as link" of a simulator.
+
+    A link never names code: its spec has built-in models, metrics and maps.
+
+    Parameters
+    ----------
+    link : str
+        The address of any server; the part that follows # has the state.
+
+    Raises
+    ------
+    SpecError
+        If the address has no spec, or the spec is not valid.
+    """
+    state = parse_qs(urlsplit(link).fragment)
+    yaml = state.get("spec", [""])[0]
+    point = state.get("point", [""])[0]
+    replicate = state.get("replicate", ["0"])[0]
+    if not yaml or not replicate.isdecimal():
+        raise SpecError(
+            "the address has no spec, or no number of a replicate; allowed: an address"
+            " of Copy as link, http://...#spec=...&point=...&replicate=..."
+        )
+    place = Path("link.yaml")
+    return from_opened(
+        opened_again(yaml, point, int(replicate), known=BUILT_IN, path=place)
+    )
 
 
 def from_job(job: Job) -> ViewState:

@@ -8,13 +8,14 @@ from itertools import cycle, product
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import pytest
 
 from sweep.errors import ChoiceError, UserError
 from sweep.explorer.asking import MOST_CHARACTERS, MOST_VALUES, AskPoints, read
 from sweep.explorer.site import QUESTIONS, site_of
-from sweep.explorer.trials import looked_at
+from sweep.explorer.trials import looked_at, median_trial
 from sweep.explorer.watching import Watched
 from sweep.figures import kinds, marks
 from sweep.store.lock import Lock
@@ -188,6 +189,24 @@ def test_trials_that_are_not_done_come_first_then_worst_median_best() -> None:
     neither = looked_at(found, "speed", "neither")
     assert list(neither["part"]) == ["", "lowest", "median", "highest", ""]
     assert list(neither.index) == [1, 2, 3, 0, 4]
+
+
+@pytest.mark.parametrize(
+    ("values", "statuses", "median"),
+    [
+        ([3.0, 1.0, 2.0], "done done done", 2),
+        ([1.0, 2.0, 9.0, 3.0], "done done done done", 1),
+        ([np.nan, 4.0], "failed done", 1),
+        ([np.nan, 4.0, 5.0], "failed done done", 1),
+        ([np.nan, np.nan], "failed done", None),
+    ],
+)
+def test_the_median_trial_is_done(
+    values: list[float], statuses: str, median: int | None
+) -> None:
+    ids = [f"trial {place}" for place in range(len(values))]
+    table = pd.DataFrame({"trial_id": ids, "status": statuses.split(), "speed": values})
+    assert median_trial(table, "speed") == ("" if median is None else ids[median])
 
 
 def test_the_trials_of_a_point_are_its_stored_ones() -> None:

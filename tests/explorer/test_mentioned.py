@@ -101,7 +101,7 @@ def test_ticks_of_listed_values_stand_at_them_and_others_at_none() -> None:
 def test_a_bin_has_no_tick_at_a_listed_value(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(cells, "MOST_CELLS", 31 * 2 - 1)
+    monkeypatch.setattr(cells, "MOST_MARKS", 31 * 2 - 1)
     many_trials(tmp_path, 31, 2, 1, parts=1)
     answer = site_of(Watched(tmp_path)).answers["figure"]
     panel = answer([("study", "many"), ("kind", "heatmap")])["panels"][0]

@@ -8,14 +8,11 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
-import numpy as np
-import pandas as pd
 import pytest
 from playwright.sync_api import Browser, Page, Route, expect
 
 from sweep.cli.progress import ProgressBar
 from sweep.explorer.site import explorer
-from sweep.explorer.trials import median_trial
 from sweep.published.publications import read_all
 from sweep.published.reproducing import reproduce
 from sweep.tables.stored_study import StoredStudy
@@ -309,24 +306,6 @@ def median_of(study: StoredStudy, point: str) -> str:
     own = study.trials[study.trials["point"] == point]
     ordered = own.sort_values(study.metrics[0], kind="stable")["trial_id"]
     return str(ordered.iloc[(len(ordered) - 1) // 2])
-
-
-@pytest.mark.parametrize(
-    ("values", "statuses", "median"),
-    [
-        ([3.0, 1.0, 2.0], "done done done", 2),
-        ([1.0, 2.0, 9.0, 3.0], "done done done done", 1),
-        ([np.nan, 4.0], "failed done", 1),
-        ([np.nan, 4.0, 5.0], "failed done done", 1),
-        ([np.nan, np.nan], "failed done", None),
-    ],
-)
-def test_the_median_trial_is_done(
-    values: list[float], statuses: str, median: int | None
-) -> None:
-    ids = [f"trial {place}" for place in range(len(values))]
-    table = pd.DataFrame({"trial_id": ids, "status": statuses.split(), "speed": values})
-    assert median_trial(table, "speed") == ("" if median is None else ids[median])
 
 
 def test_a_rectangle_about_several_marks_plays_no_trial(opened: Open) -> None:

@@ -2,6 +2,7 @@
 page when its server is started anew.
 """
 
+import json
 import socket
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -19,6 +20,9 @@ from tests import ROOT, plotted
 from tests.web.chromium import Opened, in_a_thread, in_the_cafeteria, running_server
 
 Open = Callable[..., Opened]
+STEP = "boidsweep.view.shown"
+VIEWED = "JSON.stringify(boidsweep.view.viewed)"
+PLACES = "[...boidsweep.view.stage.frame.x, ...boidsweep.view.stage.frame.y]"
 SEPARATION = ROOT / "experiments" / "nguyen2024" / "separation.yaml"
 
 
@@ -185,6 +189,13 @@ def test_a_state_has_an_address_that_opens_it_in_another_window(opened: Open) ->
         page.send(type="trial", point=3, replicate=16)
         page.send(type="set", name="n", value=31)
         page.until("boidsweep.view.memory.read()?.yaml.includes('n: 31')")
+        page.send(type="metrics", names=["dispersion"])
+        page.send(type="speed", steps_per_second=30)
+        page.send(type="select", boid=4)
+        page.send(type="step", count=17)
+        page.page.get_by_label("flocks").check()
+        page.page.get_by_label("headings").check()
+        page.until(f"{STEP} === 17 && boidsweep.view.state.overlays.length")
         page.page.get_by_role("button", name="Copy as spec").click()
         page.page.get_by_role("button", name="Copy as link").click()
         page.page.get_by_text("The address of this state").wait_for()
@@ -196,4 +207,28 @@ def test_a_state_has_an_address_that_opens_it_in_another_window(opened: Open) ->
         assert window.get_by_label("replicate", exact=True).input_value() == "16"
         shown = window.evaluate("boidsweep.view.state")
         assert (shown["settings"]["n"], shown["trial"]["point"]) == (31, 3)
+        window.wait_for_function(f"() => {STEP} === 17")
+        assert json.loads(page.ask(VIEWED)) == {
+            "step": 17,
+            "speed": 30,
+            "overlays": ["headings", "flocks"],
+            "plots": ["dispersion"],
+            "boid": 4,
+        }
+        window.wait_for_function(f"text => {VIEWED} === text", arg=page.ask(VIEWED))
+        assert window.evaluate(PLACES) == page.ask(PLACES)
+
+
+def test_a_link_of_a_run_that_was_changed_opens_at_its_start(opened: Open) -> None:
+    with running_server(separation) as server:
+        page = opened(server)
+        page.send(type="step", count=5)
+        page.until(f"{STEP} === 5")
+        page.send(type="set", name="alignment_weight", value=0.25)
+        page.until("!boidsweep.view.state.exact")
+        page.page.get_by_role("button", name="Copy as spec").click()
+        page.page.get_by_role("button", name="Copy as link").click()
+        page.page.get_by_text("opens these parameters at step 0").wait_for()
+        address = page.ask("navigator.clipboard.readText()")
+        assert "step=" not in address
         page.page.context.close()

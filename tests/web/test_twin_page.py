@@ -130,7 +130,7 @@ def test_both_runs_are_restored_by_a_server_that_is_started_anew(opened: Open) -
         kept = "boidsweep.view.memory.read()"
         page.until(f"{kept}?.yaml_beside?.includes('n: 17')")
         assert "n: 17" not in page.ask(f"{kept}.yaml")
-        address = page.ask("boidsweep.view.memory.address()")
+        address = page.ask("boidsweep.view.memory.address(boidsweep.view.viewed)")
         page.until("!boidsweep.second.asked")
         before = page.ask("[boidsweep.view.state, boidsweep.second.state]")
     page.until("boidsweep.view.away && boidsweep.second.away")

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlencode
 
 import pytest
 from typer.testing import CliRunner
@@ -88,6 +89,41 @@ def test_the_command_shows_a_preset_a_spec_a_study_and_a_trial(
             show.show_trial(1, 2)
             assert show.state.opened.job.trial_id == stored["trial_id"][5]
     assert show.status()["replay"]["equal"]
+
+
+def test_a_link_of_another_machine_opens_here(
+    viewed: Callable[..., Any], addresses: list[str], tmp_path: Path
+) -> None:
+    point = str(launched(SMALL, tmp_path).trials["point"].iloc[-1])
+    state = {"spec": SMALL, "point": point, "replicate": "1", "step": "7"}
+    part = urlencode(state)
+    show = viewed(f"http://127.0.0.1:1/ab/#{part}", "--no-open")
+    assert (show.state.job.point, show.state.opened.replicate) == (point, 1)
+    assert addresses[-1].endswith(f"/#{part}")
+    assert not addresses[-1].startswith("http://127.0.0.1:1/")
+
+
+@pytest.mark.parametrize(
+    ("state", "words"),
+    [
+        ({}, "the address has no spec"),
+        ({"spec": SMALL, "replicate": "-1"}, "no number of a replicate"),
+        ({"spec": "study: a"}, "link.yaml"),
+        ({"spec": f"{SMALL}model: ./rules.py"}, "link.yaml"),
+    ],
+)
+def test_a_link_without_a_spec_is_refused(
+    viewed: Callable[..., Any], state: dict[str, str], words: str
+) -> None:
+    with pytest.raises(SpecError, match=words):
+        viewed(f"http://127.0.0.1:1/#{urlencode(state)}")
+
+
+def test_a_link_takes_no_other_parameters(viewed: Callable[..., Any]) -> None:
+    link = f"http://127.0.0.1:1/#{urlencode({'spec': SMALL})}"
+    for more in (["05d7"], ["--set", "n=5"], ["--launch", "new.yaml"]):
+        with pytest.raises(SystemExit):
+            viewed(link, *more)
 
 
 def test_without_an_argument_the_command_opens_the_demos(

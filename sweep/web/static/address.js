@@ -4,12 +4,16 @@
 /** @import { Kept } from "./protocol.d.ts" */
 
 /**
- * How a state is shown at first: at how many steps a second, with which overlays, with
- * which other preset beside it, or "", and whether it runs at once.
+ * How a state is shown at first: after how many steps, at how many steps a second, with
+ * which overlays, plots and selected boid, with which other preset beside it, or "",
+ * and whether it runs at once. What is null is as it would be without an address.
  *
  * @typedef {{
+ *   step: number,
  *   speed: number | null,
  *   overlays: string[],
+ *   plots: string[] | null,
+ *   boid: number | null,
  *   beside: string,
  *   run: boolean,
  * }} Opening
@@ -43,18 +47,27 @@ function keptIn(told, end) {
 /** @param {string} hash @returns {Opening} */
 export function openingIn(hash) {
   const told = new URLSearchParams(hash.slice(1));
-  const speed = told.get("speed");
+  /** @param {string} name */
+  const number = (name) => {
+    const value = Number(told.get(name) || NaN);
+    return Number.isFinite(value) ? value : null;
+  };
+  /** @param {string} name */
+  const names = (name) => told.get(name)?.split(",").filter(Boolean);
   return {
-    speed: speed === null ? null : Number(speed),
-    overlays: told.get("overlays")?.split(",") ?? [],
+    step: number("step") ?? 0,
+    speed: number("speed"),
+    overlays: names("overlays") ?? [],
+    plots: names("plots") ?? null,
+    boid: number("boid"),
     beside: told.get("beside") ?? "",
     run: told.has("run"),
   };
 }
 
-// The part of an address that names a state.
-/** @param {Kept} kept */
-export function hashOf(kept) {
+// The part of an address that names a state, and how it is shown.
+/** @param {Kept} kept @param {Partial<Opening>} opening */
+export function hashOf(kept, opening) {
   const told = new URLSearchParams();
   /** @param {string} end @param {Kept} one */
   const tell = (end, { yaml, point, replicate }) => {
@@ -65,6 +78,7 @@ export function hashOf(kept) {
   tell("", kept);
   const second = secondOf(kept);
   if (second) tell(BESIDE, second);
+  tellOpening(told, opening);
   return `#${told}`;
 }
 
@@ -80,14 +94,22 @@ export const secondOf = (kept) =>
     : null;
 
 // The part of an address that opens a spec, and lets it run.
-/** @param {string} yaml @param {Omit<Opening, "run">} opening */
-export function hashOfRun(yaml, { speed, overlays, beside }) {
-  const told = {
-    spec: yaml,
-    speed: String(speed),
-    overlays: overlays.join(","),
-    ...(beside && { beside }),
-    run: "",
-  };
-  return `#${new URLSearchParams(told)}`;
+/** @param {string} yaml @param {Partial<Opening>} opening */
+export function hashOfRun(yaml, opening) {
+  const told = new URLSearchParams({ spec: yaml });
+  tellOpening(told, { ...opening, run: true });
+  return `#${told}`;
+}
+
+/** @param {URLSearchParams} told @param {Partial<Opening>} opening */
+function tellOpening(told, opening) {
+  const { step, speed, overlays = [], plots, boid, beside, run } = opening;
+  const numbers = { step: step || null, speed, boid };
+  for (const [name, value] of Object.entries(numbers)) {
+    if (typeof value === "number") told.set(name, String(value));
+  }
+  if (overlays.length) told.set("overlays", overlays.join(","));
+  if (plots) told.set("plots", plots.join(","));
+  if (beside) told.set("beside", beside);
+  if (run) told.set("run", "");
 }

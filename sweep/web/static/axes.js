@@ -77,12 +77,12 @@ export class Axis {
   // The names, the listed values, or round values, as many as have room.
   /** @returns {Tick[]} */
   get ticks() {
-    const { first, last, names } = this;
-    const within = this.values.map((at, i) => ({ at, text: names[i] ?? "" })).filter(
-      ({ at }) => this.place(at) >= first - 1e-9 && this.place(at) <= last + 1e-9,
+    const { first, last } = this;
+    const within = this.values.filter(
+      (at) => this.place(at) >= first - 1e-9 && this.place(at) <= last + 1e-9,
     );
-    const texts = this.texts(within.map(({ at }) => at));
-    const ticks = within.map(({ at }, i) => ({ at, text: texts[i] }));
+    const texts = this.texts(within);
+    const ticks = within.map((at, i) => ({ at, text: texts[i] }));
     return this.apart(this.some(ticks));
   }
 

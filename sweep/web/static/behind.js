@@ -86,9 +86,8 @@ export class TrialTable {
       more: this.besideOf(trial.trial_id, choice),
     }));
     const value = `${spaced(metric)}${unit ? ` (${unitText(unit)})` : ""}`;
-    if (!trials.page) {
-      this.dots.show(points.length === 1 ? trials.rows : [], value, choice);
-    }
+    if (!trials.page) this.dots.show(points.length === 1 ? trials.rows : [], value);
+    this.dots.mark(choice);
     const row = trials.rows.find(({ trial_id: id }) => id === choice.trial);
     if (row) this.dots.tell([settingsSaid(settings[row.point]), told(row, unit)]);
     const headings = ["trial", "replicate", value, "reason"].map((text) => ({
@@ -141,7 +140,7 @@ function told({ replicate, value, part }, unit) {
 // The trials of a point as dots on the axis of the metric. A click plays the nearest
 // trial; with Alt or Shift it plays beside the one that plays. The table has the same.
 export class TrialDots {
-  /** @type {{ trial: Trial, place: number }[]} */
+  /** @type {{ trial: Trial, place: number, dot: HTMLElement }[]} */
   dots = [];
   playing = "";
 
@@ -182,8 +181,8 @@ export class TrialDots {
     this.words.textContent = parts.join("; ");
   }
 
-  /** @param {Trial[]} trials @param {string} name @param {Choice} choice */
-  show(trials, name, { trial: playing, beside }) {
+  /** @param {Trial[]} trials @param {string} name */
+  show(trials, name) {
     const known = trials.filter(({ status, value }) =>
       status === "done" && value !== null
     );
@@ -191,21 +190,25 @@ export class TrialDots {
     const axis = new Axis(values).span(0, 100);
     this.line.hidden = this.scale.hidden = known.length < 2;
     this.tell([]);
-    this.playing = playing;
-    this.dots = known.map((trial) => ({
-      trial,
-      place: axis.pixel(Number(trial.value)),
-    }));
-    this.line.replaceChildren(...this.dots.map(({ trial, place }) => {
-      const { trial_id: id } = trial;
+    this.dots = known.map((trial) => {
+      const place = axis.pixel(Number(trial.value));
       const dot = make("i", { title: told(trial, "") });
-      dot.classList.toggle("chosen", id === playing || id === beside);
       dot.style.left = `${place}%`;
-      return dot;
-    }));
+      return { trial, place, dot };
+    });
+    this.line.replaceChildren(...this.dots.map(({ dot }) => dot));
     this.low.textContent = short(axis.value(0), 3);
     this.high.textContent = short(axis.value(100), 3);
     this.name.textContent = name;
+  }
+
+  // The trials that play stand out.
+  /** @param {Choice} choice */
+  mark({ trial: playing, beside }) {
+    this.playing = playing;
+    for (const { trial: { trial_id: id }, dot } of this.dots) {
+      dot.classList.toggle("chosen", id === playing || id === beside);
+    }
   }
 
   /** @param {MouseEvent} event */

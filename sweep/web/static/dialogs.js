@@ -146,7 +146,9 @@ export class SpecDialog {
   link(address) {
     const copied = async () => {
       await navigator.clipboard.writeText(address());
-      this.note.textContent = "The address of this state is in the clipboard.";
+      this.note.textContent = this.exact
+        ? "The address of this state is in the clipboard."
+        : "The address in the clipboard opens these parameters at step 0.";
     };
     return button("copy", "Copy as link", copied, "Copy as link");
   }

@@ -112,7 +112,7 @@ const ofSecond = ({ memory }) =>
   memory && {
     read: () => secondOf(memory.read()),
     write: () => {},
-    address: () => memory.address(),
+    address: (opening) => memory.address(opening),
   };
 
 // Two runs in one window.

@@ -5,6 +5,7 @@ import { LaunchCard } from "./launch.js";
 import { mount } from "./mount.js";
 import { PAGE, pageId, Socket } from "./socket.js";
 
+/** @import { Opening } from "./address.js" */
 /** @import { Kept } from "./protocol.d.ts" */
 
 const [KEPT, OPENED] = ["boidsweep-kept", "boidsweep-opened"];
@@ -27,9 +28,10 @@ const memory = {
   read: () =>
     JSON.parse(sessionStorage.getItem(KEPT) ?? "null") ?? stateIn(location.hash),
   // The address of what is shown.
-  address() {
+  /** @param {Partial<Opening>} opening */
+  address(opening) {
     const kept = memory.read() ?? { yaml: "", point: "", replicate: 0 };
-    return location.href.split("#")[0] + hashOf(kept);
+    return location.href.split("#")[0] + hashOf(kept, opening);
   },
   /** @param {Kept} kept */
   write(kept) {

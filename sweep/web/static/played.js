@@ -75,7 +75,7 @@ export class Played {
     // A view says `stored` to each server: what is gone to in the player is kept there.
     const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
     const mounted = mount(this.place, new Socket(), {
-      opening: { speed: null, overlays: [], beside: "", run: !still },
+      opening: { run: !still },
       page: [pageId(), this.shown].join(" "),
       stored,
       alone: (side) => this.go({ trial: stored[SIDES[side]], beside: "" }),

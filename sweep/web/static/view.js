@@ -59,9 +59,13 @@ import { bytesOf, download } from "./files.js";
  *   alone?: (side: number) => void,
  *   playing?: (side: number, trial: string) => void,
  *   shortcuts?: Document | HTMLElement,
- *   memory?: { read(): Kept | null, write(kept: Kept): void, address(): string },
+ *   memory?: {
+ *     read(): Kept | null,
+ *     write(kept: Kept): void,
+ *     address(opening: Partial<Opening>): string,
+ *   },
  *   entitle?: (words: string) => void,
- *   opening?: Opening,
+ *   opening?: Partial<Opening>,
  *   demos?: string,
  *   launches?: LaunchCard,
  * }} Options
@@ -198,7 +202,8 @@ export class View {
       this.groups.element,
       this.list.element,
     );
-    this.spec = new SpecDialog(this.root, memory?.address, launches);
+    const address = memory && (() => memory.address(this.viewed));
+    this.spec = new SpecDialog(this.root, address, launches);
     this.help = keysDialog(this.root);
     this.keys = new Keys(this, shortcuts ?? this.root);
     this.timer = setInterval(() => this.tick(), 500);
@@ -449,12 +454,30 @@ export class View {
     const { beginning } = this;
     if (!beginning) return;
     this.beginning = undefined;
-    const { speed, overlays, beside, run } = beginning;
+    const { overlays = [], beside, run, ...opening } = beginning;
+    const { step, speed = null, plots, boid = null } = opening;
     if (speed !== null) this.send({ type: "speed", steps_per_second: speed });
+    if (plots) this.send({ type: "metrics", names: plots });
     this.overlays.show(overlays);
     if (overlays.length) this.overlaid();
+    if (boid !== null) this.send({ type: "select", boid });
     if (beside) this.send({ type: "beside", preset: beside });
+    if (step) this.send({ type: "step", count: step });
     if (run) this.run.toggle();
+  }
+
+  // How the state is shown, for an address. A run whose parameters were changed on the
+  // way cannot be opened at its step.
+  get viewed() {
+    const { exact = false, speed = null, plots = null, selected = null } = this.state ??
+      {};
+    return {
+      step: exact ? this.shown : 0,
+      speed,
+      overlays: this.overlays.chosen,
+      plots,
+      boid: selected,
+    };
   }
 
   /** @param {State} state */
