@@ -18,7 +18,7 @@ from sweep.figures import better_values, recorded
 from sweep.spec import Column
 from sweep.tables import StoredStudy, command, json_rows
 from sweep.text import unknown
-from sweep.web import from_job
+from sweep.web import from_stored
 from sweep.workers import in_a_line
 
 SHOWN = [
@@ -74,18 +74,13 @@ def trials(watched: Watched, question: AskTrials) -> dict[str, Any]:
 
 
 def spec(watched: Watched, question: AskSpec) -> dict[str, Any]:
-    """Return the YAML that launches a stored trial, with point and replicate.
+    """Return the YAML of the study of a stored trial, with point and replicate.
 
     The page of the simulator opens this YAML. The exceptions of StoredStudy.trial and
     StoredStudy.job are raised.
     """
     study = StoredStudy(question.study, watched.results, trust=watched.trust)
-    state = from_job(study.job(study.trial(question.trial)))
-    return {
-        "yaml": state.as_text(),
-        "point": state.job.point,
-        "replicate": state.replicate,
-    }
+    return from_stored(study, study.job(study.trial(question.trial))).as_trial()
 
 
 def median_trial(trials: pd.DataFrame, column: str) -> str:

@@ -160,14 +160,7 @@ class Live(Session):
 
     def kept(self) -> Reply:
         """Return the message with which a page resumes after the end of a session."""
-        state = self.state
-        replicate = state.opened.replicate if state.opened else state.replicate
-        return {
-            "type": "kept",
-            "yaml": state.as_text(),
-            "point": state.job.point,
-            "replicate": replicate,
-        }
+        return {"type": "kept"} | self.state.as_trial()
 
     def restore(self, hello: messages.Hello) -> None:
         """Show the run that a page has kept, except a stored trial.
@@ -191,9 +184,8 @@ class Live(Session):
 
     def order(self) -> Order:
         """Return the content of the screen, for files."""
-        study = str(self.state.as_spec()["study"]) + ("" if self.exact else "-changed")
         return Order(
-            study=study,
+            study=self.state.study + ("" if self.exact else "-changed"),
             job=self.state.job,
             step=self.step,
             bodies=self.bodies,

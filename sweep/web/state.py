@@ -323,6 +323,26 @@ class ViewState:
         digest = hashlib.sha256(json.dumps(spec, sort_keys=True).encode()).hexdigest()
         return {"study": f"view/{self.model}-{digest[:8]}"} | spec
 
+    @property
+    def study(self) -> str:
+        """The name of the study: of the opened spec while its trial is shown."""
+        if self.opened:
+            shown = {"plots": self.plots, "derive": self.derive, "sweeps": self.sweeps}
+            if replace(from_opened(self.opened), **shown) == self:
+                return self.opened.study.name
+        return str(self.as_spec()["study"])
+
+    def as_trial(self) -> dict[str, Any]:
+        """Return the `yaml` of the spec, and the `point` and `replicate` that it shows.
+
+        Raises SpecError if the YAML is too long for a spec file.
+        """
+        return {
+            "yaml": self.as_text(),
+            "point": self.job.point,
+            "replicate": self.opened.replicate if self.opened else self.replicate,
+        }
+
     def as_text(self) -> str:
         """Return the spec as YAML: the text of the opened spec with the changes.
 

@@ -271,7 +271,8 @@ def test_the_spec_of_a_trial_launches_it_again() -> None:
     pairs = [("study", "small"), ("trial", str(row["trial_id"]))]
     answer = told(study.store.folder.parent, "spec", *pairs)
     again = study_of(answer["yaml"])
-    assert (answer["replicate"], again.trials_per_point) == (2, 3)
+    assert (again.name, again.trials_per_point) == ("small", 3)
+    assert (answer["point"], answer["replicate"]) == (row["point"], 2)
 
 
 @pytest.mark.parametrize(

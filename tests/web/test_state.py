@@ -1,6 +1,7 @@
 """What is on the screen is a spec: what is copied from it is the same trial."""
 
 import json
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from sweep.spec.study import parse_spec
 from sweep.web.state import MOST_STORED, Range, ViewState, begin, from_study
 from tests import builders
 from tests.specs import EVERYTHING, GAINS, short
+from tests.studies import SMALL
 
 DISC = {"disc": {"x": 100.1, "y": 200.2, "radius": 30.3}}
 RECTANGLE = {"rectangle": {"x": 300.0, "y": 400.0, "width": 50.5, "height": 1 / 3}}
@@ -345,6 +347,13 @@ def test_copies_of_different_screens_are_different_studies() -> None:
     names = [state.as_spec()["study"], state.with_settings({"n": 5}).as_spec()["study"]]
     assert len(set(names)) == 2
     assert state.as_spec()["study"] == names[0]
+
+
+def test_a_file_has_the_name_of_the_opened_spec_while_its_trial_is_shown() -> None:
+    state = from_study(parse_spec(SMALL))
+    assert state.study == "small"
+    assert replace(state, plots=("dispersion",)).study == "small"
+    assert state.with_settings({"n": 5}).study.startswith("view/nguyen2024-")
 
 
 @pytest.mark.parametrize("model", MODELS)
