@@ -2,19 +2,26 @@
 marks are the numbers of the table, a click plays, a drag leafs through runs.
 """
 
+import base64
+import io
 import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
+import numpy as np
 import pytest
-from playwright.sync_api import Browser, Locator, Page
+from numpy.typing import NDArray
+from PIL import Image
+from playwright.sync_api import Browser, Locator, Page, expect
 
 from sweep.figures.heatmap import UNRESOLVED
 from sweep.figures.kinds import KINDS
 from sweep.figures.marks import FigureMarks
 from sweep.figures.planning import Choices
 from sweep.tables.stored_study import StoredStudy
+from sweep.web import document
+from sweep.web.encoding import HEAD, SPAN
 from tests.explorer.supplements import FLOWN, content_of, written
 from tests.patience import PATIENCE
 from tests.searches import edited
@@ -90,6 +97,10 @@ def clock(page: Page, words: str) -> None:
 
 def marks(page: Page) -> Locator:
     return page.get_by_role("listbox").first.get_by_role("option")
+
+
+def switch(page: Page) -> Locator:
+    return page.get_by_role("checkbox", name="swarms")
 
 
 def middle(mark: Locator) -> tuple[float, float]:
@@ -271,7 +282,13 @@ def test_an_embedded_page_is_figure_and_run_alone(
 def test_the_page_fits_a_window(
     shown: Callable[..., Page], grid: Path, width: int, scheme: str
 ) -> None:
+    """With the swarms of its cells too, if cells have room for them."""
     page = shown(grid, viewport={"width": width, "height": 800}, color_scheme=scheme)
+    swarms = switch(page)
+    assert swarms.is_enabled() == (width > 320)
+    if swarms.is_enabled():
+        swarms.check()
+        page.get_by_role("button", name="Pause swarms").click()
     wide = page.evaluate("document.documentElement.scrollWidth")
     assert wide <= width
     assert marks(page).count() == 16
@@ -299,3 +316,278 @@ def test_the_page_prints(shown: Callable[..., Page], file: Path) -> None:
     assert not page.locator(".run").is_visible()
     assert page.locator("details:not([open])").count() == 0
     assert page.pdf().startswith(b"%PDF")
+
+
+class Box(NamedTuple):
+    """A part of an image in pixels."""
+
+    left: float
+    top: float
+    right: float
+    bottom: float
+
+
+EDGE = 9
+"""Pixels from the edge of a cell to its world: its colour, and room for half a boid."""
+NEAR = 6
+"""Sum of the differences of red, green and blue that rounding may cause."""
+
+
+def coloured(headings: NDArray[np.uint8]) -> NDArray[np.float64]:
+    """Return red, green and blue of headings: OKLCH with L = 0.58 and C = 0.14, by the
+    matrices of Ottosson (2020), https://bottosson.github.io/posts/oklab.
+    """
+    hue = 2 * np.pi * headings / 256
+    lab = np.stack([np.full(hue.shape, 0.58), 0.14 * np.cos(hue), 0.14 * np.sin(hue)])
+    to_lms = [
+        [1, 0.3963377774, 0.2158037573],
+        [1, -0.1055613458, -0.0638541728],
+        [1, -0.0894841775, -1.2914855480],
+    ]
+    to_rgb = [
+        [4.0767416621, -3.3077115913, 0.2309699292],
+        [-1.2684380046, 2.6097574011, -0.3413193965],
+        [-0.0041960863, -0.7034186147, 1.7076147010],
+    ]
+    linear = np.clip(to_rgb @ (to_lms @ lab) ** 3, 0, 1)
+    low = linear <= 0.0031308
+    return np.where(low, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055).T * 255
+
+
+def recorded(run: dict[str, Any], frame: int) -> NDArray[np.float64]:
+    """Return x, y and heading of the boids in a frame of a run."""
+    content = base64.b64decode(run["frames"])
+    size = len(content) // len(run["steps"])
+    _, _, _, n, *box = HEAD.unpack_from(content, frame * size)
+    at = frame * size + HEAD.size
+    x, y = np.frombuffer(content, "<u2", 2 * n, at).reshape(2, n) / SPAN
+    heading = np.frombuffer(content, np.uint8, n, at + 4 * n)
+    x0, y0, x1, y1 = box
+    return np.stack([x0 + x * (x1 - x0), y0 + y * (y1 - y0), heading])
+
+
+def seen_boids(
+    pixels: NDArray[np.uint8],
+    box: Box,
+    scene: dict[str, Any],
+    boids: NDArray[np.float64],
+) -> float:
+    """Return the fraction of boids that are where they should be, in their colours.
+
+    `box` is the part of a cell that no other cell covers. The world is in its middle,
+    as large as there is room for.
+    """
+    x, y, heading = boids
+    wide = box.right - box.left - 2 * EDGE
+    tall = box.bottom - box.top - 2 * EDGE
+    scale = min(wide / scene["width"], tall / scene["height"])
+    upright = 1 if scene["downwards"] else -1
+    across = (box.left + box.right) / 2 + (x - scene["width"] / 2) * scale
+    along = (box.top + box.bottom) / 2 + upright * (y - scene["height"] / 2) * scale
+    wanted = coloured(heading.astype(np.uint8))
+    # A browser paints a canvas at whole pixels, and boids at halves of pixels.
+    near = [-1, 0, 1]
+    away = [
+        np.abs(pixels[along.astype(int) + up, across.astype(int) + aside] - wanted)
+        for up in near
+        for aside in near
+    ]
+    return float((np.sum(away, axis=2).min(axis=0) < NEAR).mean())
+
+
+def cell_of(page: Page, point: dict[str, Any]) -> Locator:
+    label = re.compile(f"^{re.escape(point['words'])}: ")
+    return page.get_by_role("option", name=label).locator(".cell")
+
+
+def figure_of(
+    page: Page, points: list[dict[str, Any]]
+) -> tuple[NDArray[np.uint8], list[Box]]:
+    """Return the pixels of the figure, and the boxes of cells in these pixels."""
+    boxes = []
+    for point in points:
+        cell = cell_of(page, point)
+        left, top, wide, tall = (
+            float(cell.get_attribute(name) or "nan")
+            for name in ("x", "y", "width", "height")
+        )
+        boxes.append(Box(left, top, left + wide, top + tall))
+    image = Image.open(io.BytesIO(page.locator(".plotted").screenshot()))
+    return np.asarray(image.convert("RGB")), boxes
+
+
+def step_of(page: Page) -> int:
+    """Return the step of the swarms on the page."""
+    (step,) = re.findall(r"step (\d+) of \d+", page.inner_text(".living"))
+    return int(step)
+
+
+def frames_later(page: Page, frames: int = 30) -> int:
+    """Return the step of the swarms after so many frames of the screen."""
+    page.evaluate(
+        """frames => new Promise((done) => {
+          const next = () => (frames-- ? requestAnimationFrame(next) : done());
+          next();
+        })""",
+        frames,
+    )
+    return step_of(page)
+
+
+def until_step(page: Page, least: int) -> None:
+    """Wait until the swarms have done so many steps."""
+    pattern = "|".join(map(str, range(least, 61)))
+    expect(page.locator(".living")).to_have_text(re.compile(f"step ({pattern}) of 60"))
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_cells_show_the_boids_of_their_recordings(
+    shown: Callable[..., Page], grid: Path, scheme: str
+) -> None:
+    """A boid may lie below another one: nine of ten are seen. In the frames before and
+    after, headings are others.
+    """
+    page, content = shown(grid, color_scheme=scheme), content_of(grid.read_bytes())
+    switch(page).check()
+    until_step(page, 10)
+    page.get_by_role("button", name="Pause swarms").click()
+    step = frames_later(page)
+    pixels, boxes = figure_of(page, content["points"])
+    runs = [content["runs"][point["runs"][0]] for point in content["points"]]
+    shares = [
+        np.mean(
+            [
+                seen_boids(
+                    pixels,
+                    box,
+                    content["scenes"][run["scene"]],
+                    boids=recorded(run, frame),
+                )
+                for run, box in zip(runs, boxes, strict=True)
+            ]
+        )
+        for frame in range(61)
+    ]
+    assert shares.pop(step) > 0.9
+    assert max(shares) < 0.5
+
+
+def test_cells_have_worlds_of_any_size_above_each_other_or_no_run(
+    shown: Callable[..., Page], grid: Path, tmp_path: Path
+) -> None:
+    """The first cell reaches below the second one, its world is twice as wide, and the
+    third cell has no run.
+    """
+    content = content_of(grid.read_bytes())
+    points, runs, scenes = content["points"], content["runs"], content["scenes"]
+    run = runs[points[0]["runs"][0]]
+    scenes.append({**scenes[run["scene"]], "width": 2 * scenes[run["scene"]]["width"]})
+    run["scene"] = len(scenes) - 1
+    below, above = (point["cell"]["box"] for point in points[:2])
+    points[0]["cell"]["box"] = [
+        *(min(below[0], above[0]), max(below[1], above[1])),
+        *(min(below[2], above[2]), max(below[3], above[3])),
+    ]
+    points[0]["cell"]["order"] = -1
+    points[2]["runs"] = []
+    path = tmp_path / "edited.html"
+    path.write_bytes(document("supplement", "supplement", content, "", origin={}))
+    page = shown(path)
+    switch(page).check()
+    page.get_by_role("button", name="Pause swarms").click()
+    step = frames_later(page)
+    pixels, (first, second, third) = figure_of(page, points[:3])
+    if first.right > second.right:
+        first = first._replace(left=second.right)
+    elif first.left < second.left:
+        first = first._replace(right=second.left)
+    elif first.top < second.top:
+        first = first._replace(bottom=second.top)
+    else:
+        first = first._replace(top=second.bottom)
+    for place, box in enumerate((first, second)):
+        run = runs[points[place]["runs"][0]]
+        boids = recorded(run, step)
+        assert seen_boids(pixels, box, scenes[run["scene"]], boids) > 0.7
+    inner = pixels[
+        int(third.top) + EDGE : int(third.bottom) - EDGE,
+        int(third.left) + EDGE : int(third.right) - EDGE,
+    ]
+    fill = cell_of(page, points[2]).get_attribute("fill") or ""
+    colour = [int(part) for part in re.findall(r"\d+", fill)]
+    assert (inner == colour).all(axis=2).mean() > 0.5  # the rest may be hatched
+
+
+def test_swarms_rest_when_they_are_not_seen(
+    shown: Callable[..., Page], grid: Path
+) -> None:
+    page = shown(grid)
+    assert page.locator(".swarms").count() == 0
+    switch(page).check()
+    until_step(page, 3)
+    page.get_by_role("button", name="Pause swarms").click()
+    step = step_of(page)
+    assert frames_later(page) == step
+    page.get_by_role("button", name="Play swarms").click()
+    until_step(page, step + 3)
+    page.evaluate("scrollTo(0, document.body.scrollHeight)")
+    expect(page.locator(".plotted")).not_to_be_in_viewport()
+    step = frames_later(page)
+    assert frames_later(page) == step
+    page.evaluate("scrollTo(0, 0)")
+    page.locator(".at", has_not_text=re.compile(f"step {step} of")).wait_for()
+    switch(page).uncheck()
+    assert page.locator(".swarms").count() == 0
+
+
+def test_swarms_rest_for_readers_who_want_less_motion_until_they_play_them(
+    shown: Callable[..., Page], grid: Path
+) -> None:
+    page = shown(grid, "#swarms=on", reduced_motion="reduce")
+    assert switch(page).is_checked()
+    assert frames_later(page) == 60
+    page.get_by_role("button", name="Play swarms").click()
+    page.locator(".at", has_text=re.compile("step [1-9] of 60")).wait_for()
+
+
+def test_marks_below_swarms_are_chosen_and_the_address_keeps_both(
+    shown: Callable[..., Page], grid: Path
+) -> None:
+    content = content_of(grid.read_bytes())
+    page = shown(grid)
+    switch(page).check()
+    assert page.url.endswith("&swarms=on")
+    box = cell_of(page, content["points"][6]).bounding_box()
+    assert box
+    page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    clock(page, "step 60 of 60")
+    assert page.evaluate("supplement.place") == 6
+    trial = content["runs"][content["points"][6]["runs"][0]]["trial"]
+    assert page.url.endswith(f"#trial={trial}&swarms=on")
+    page.keyboard.press("Home")
+    assert page.evaluate("supplement.place") != 6
+    page.reload()
+    assert switch(page).is_checked()
+    assert page.locator(".swarms").count() == 1
+    page.emulate_media(media="print")
+    assert not page.locator(".swarms").is_visible()
+    assert cell_of(page, content["points"][6]).is_visible()
+
+
+def test_cells_without_room_have_no_swarms(
+    shown: Callable[..., Page], grid: Path, file: Path, tmp_path: Path
+) -> None:
+    """A wider window would help, or no window would; and curves have no cells."""
+    page = shown(grid, viewport={"width": 320, "height": 800})
+    assert switch(page).is_disabled()
+    assert "widen the window" in page.inner_text(".living")
+    page.set_viewport_size({"width": 1280, "height": 720})
+    expect(switch(page)).to_be_enabled()
+    content = content_of(grid.read_bytes())
+    for point in content["points"]:
+        box = point["cell"]["box"]
+        box[1] = box[0] + 0.001 * (box[1] - box[0])
+    path = tmp_path / "small.html"
+    path.write_bytes(document("supplement", "supplement", content, "", origin={}))
+    assert not switch(shown(path)).is_visible()
+    assert switch(shown(file)).count() == 0

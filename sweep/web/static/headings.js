@@ -4,7 +4,7 @@
 import { short } from "./dom.js";
 
 /** @import { Frame } from "./frames.js" */
-/** @import { Stage } from "./stage.js" */
+/** @import { Pen, Stage } from "./stage.js" */
 
 const STEPS = 256; // headings are bytes
 // Of OKLCH: a contrast of 3 to 1 on both grounds.
@@ -58,22 +58,34 @@ function meanHeading({ heading, n }) {
   return { x: x / Math.max(1, n), y: y / Math.max(1, n) };
 }
 
+// Draws the ring of all colours, each in the direction of its heading. `upright` is -1
+// where y grows upwards.
+/**
+ * @param {Pen} context
+ * @param {{ x: number, y: number }} at the middle
+ * @param {[inner: number, outer: number]} radii
+ * @param {number} upright
+ */
+export function drawRing(context, at, [inner, outer], upright) {
+  const step = (2 * Math.PI) / STEPS;
+  context.lineWidth = outer - inner;
+  for (let heading = 0; heading < STEPS; heading += 4) {
+    const from = angleOf(heading) * upright;
+    const [first, last] = [from, from + 4.5 * step * upright].toSorted((a, b) => a - b);
+    context.strokeStyle = WHEEL[heading];
+    context.beginPath();
+    context.arc(at.x, at.y, (outer + inner) / 2, first, last);
+    context.stroke();
+  }
+}
+
 // Draws the wheel at the lower right, with the mean heading as an arrow: as long as the
 // inner circle if all boids go one way.
 /** @param {Stage} stage @param {Frame} frame */
 export function drawWheel(stage, frame) {
   const { context, colours, upright, width, height } = stage;
   const at = { x: width - ASIDE - OUTER, y: height - ABOVE - OUTER };
-  const step = (2 * Math.PI) / STEPS;
-  context.lineWidth = OUTER - INNER;
-  for (let heading = 0; heading < STEPS; heading += 4) {
-    const from = angleOf(heading) * upright;
-    const [first, last] = [from, from + 4.5 * step * upright].toSorted((a, b) => a - b);
-    context.strokeStyle = WHEEL[heading];
-    context.beginPath();
-    context.arc(at.x, at.y, (OUTER + INNER) / 2, first, last);
-    context.stroke();
-  }
+  drawRing(context, at, [INNER, OUTER], upright);
   const mean = meanHeading(frame);
   const [dx, dy] = [mean.x * INNER, mean.y * INNER * upright];
   context.strokeStyle = context.fillStyle = colours.ink;

@@ -16,8 +16,11 @@ import { ramp } from "./ramp.js";
 
 const SPACE = "http://www.w3.org/2000/svg";
 const MARGIN = { left: 62, right: 16, top: 14, bottom: 46 };
+const LEGEND = { width: 74, height: 14 }; // of a heatmap: its scale, its label above
 const ROW = 24; // CSS pixels
 const MOST_NAME = 0.42; // of the width
+const DIGIT = 7; // the width of a digit at a tick
+const LABEL = 26; // of the axis on the left
 const RADIUS = 5;
 const REACH = 14; // a mark is hit so far from its middle
 // Paths about (0, 0), one a colour in turn: marks differ not by their colour alone.
@@ -86,6 +89,9 @@ export function estimated(row, { column, metric, says }) {
 export class Plotted {
   chosen = 0; // the place of the chosen mark
   width = 0;
+  height = 0;
+  tall = 0; // the height that is wanted, 0 for the usual one
+  redrawn = () => {}; // is called after each drawing
   /** @type {Mark[]} */
   marks = [];
   ring = drawn("rect", { class: "ring box" }); // about the chosen cell
@@ -122,13 +128,14 @@ export class Plotted {
   // Draws everything anew, as wide as there is room.
   draw() {
     const width = Math.floor(this.element.clientWidth);
-    if (!width || width === this.width) return;
-    this.width = width;
-    const focused = this.svg.contains(document.activeElement);
     const { form } = this.data.figure;
-    const height = form === "rows"
+    const usual = form === "rows"
       ? this.data.rows.length * ROW + MARGIN.top + MARGIN.bottom
       : Math.round(Math.min(Math.max(0.62 * width, 260), 480));
+    const height = this.tall || usual;
+    if (!width || (width === this.width && height === this.height)) return;
+    [this.width, this.height] = [width, height];
+    const focused = this.svg.contains(document.activeElement);
     this.svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
     this.svg.setAttribute("height", String(height));
     this.svg.replaceChildren();
@@ -144,6 +151,7 @@ export class Plotted {
     else this.drawCurves();
     this.show(this.chosen);
     if (focused) this.marks[this.chosen].element.focus();
+    this.redrawn();
   }
 
   /** @type {{ left: number, right: number, top: number, bottom: number }} */
@@ -193,10 +201,11 @@ export class Plotted {
   drawCurves() {
     const { form, x, label } = this.data.figure;
     if (!x) return;
-    const { left, right, top, bottom } = this.area;
-    const across = axisOf(x, x.values, 0).span(left + 12, right - 12);
+    const { right, top, bottom } = this.area;
     const values = this.marks.flatMap((mark) => this.ends(mark));
     const along = new Axis(values, { label }).span(bottom, top);
+    const left = this.leftOf(along);
+    const across = axisOf(x, x.values, 0).span(left + 12, right - 12);
     this.frame(across);
     this.levels(along);
     for (const mark of this.marks) {
@@ -212,6 +221,14 @@ export class Plotted {
       if (form === "lines") this.drawCurve(own, along, colour);
     }
     for (const mark of this.marks) this.drawMark(mark, along);
+  }
+
+  // The left edge of the plot: ticks of the axis beside it have room.
+  /** @param {Axis} axis */
+  leftOf({ ticks }) {
+    const digits = Math.max(0, ...ticks.map(({ text }) => text.length));
+    this.area.left = Math.max(MARGIN.left, LABEL + DIGIT * digits);
+    return this.area.left;
   }
 
   /** @param {Mark[]} marks @param {Axis} along @param {number} colour */
@@ -294,17 +311,18 @@ export class Plotted {
   drawHeatmap() {
     const { x, y, label } = this.data.figure;
     if (!x || !y) return;
-    const { left, top, bottom } = this.area;
-    const right = this.area.right - 74;
+    this.area.right -= LEGEND.width;
+    this.area.top += LEGEND.height;
+    const { right, top, bottom } = this.area;
     const boxes = this.marks.flatMap(({ point }) => point.cell ? [point.cell.box] : []);
-    const across = axisOf(x, boxes.flatMap(([low, high]) => [low, high]), 0)
-      .span(left, right);
     const along = axisOf(y, boxes.flatMap(([, , low, high]) => [low, high]), 0)
       .span(bottom, top);
+    const across = axisOf(x, boxes.flatMap(([low, high]) => [low, high]), 0)
+      .span(this.leftOf(along), right);
     const means = this.marks.flatMap(({ mean }) => (mean === null ? [] : [mean]));
     const [low, high] = bounds(means);
-    this.frame(across, right);
-    this.levels(along, right);
+    this.frame(across);
+    this.levels(along);
     this.svg.append(hatching());
     for (const mark of this.layered) {
       this.cell(mark, across, along, (mark.mean ?? low) - low, high - low || 1);
@@ -362,7 +380,7 @@ export class Plotted {
   legend(x, low, high, label) {
     const { top, bottom } = this.area;
     const parts = 32;
-    const tall = (bottom - top - 40) / parts;
+    const tall = (bottom - top) / parts;
     for (let k = 0; k < parts; k++) {
       const y = bottom - (k + 1) * tall;
       const box = { x, y, width: 12, height: tall + 0.5 };
@@ -371,10 +389,10 @@ export class Plotted {
     const text = { class: "tick", x: x + 16 };
     this.svg.append(
       drawn("text", { ...text, y: bottom }, short(low)),
-      drawn("text", { ...text, y: bottom - parts * tall + 9 }, short(high)),
+      drawn("text", { ...text, y: top + 9 }, short(high)),
       drawn(
         "text",
-        { class: "label", x: this.width - 4, y: top + 10, "text-anchor": "end" },
+        { class: "label", x: this.width - 4, y: top - 10, "text-anchor": "end" },
         label,
       ),
     );
@@ -382,8 +400,8 @@ export class Plotted {
 
   // The axis below, and lines at its ticks.
   /** @param {Axis} axis */
-  frame(axis, right = this.area.right) {
-    const { left, top, bottom } = this.area;
+  frame(axis) {
+    const { left, right, top, bottom } = this.area;
     for (const { at, text } of axis.ticks) {
       const x = axis.pixel(at);
       const middle = { class: "tick", x, y: bottom + 16, "text-anchor": "middle" };
@@ -402,8 +420,8 @@ export class Plotted {
 
   // The axis on the left.
   /** @param {Axis} axis */
-  levels(axis, right = this.area.right) {
-    const { left, top, bottom } = this.area;
+  levels(axis) {
+    const { left, right, top, bottom } = this.area;
     for (const { at, text } of axis.ticks) {
       const y = axis.pixel(at);
       const end = { class: "tick", x: left - 6, y: y + 4, "text-anchor": "end" };

@@ -2,7 +2,7 @@
 // and written straight into an image. Without a graphics card ten thousand boids take a
 // few ms in this way; as paths they take a quarter of a second.
 
-import { contextOf } from "./dom.js";
+import { contextOf, partsOf } from "./dom.js";
 
 const PHASES = 2; // places of a boid within a pixel, along each axis
 const SAMPLES = 4; // of a pixel, along each axis
@@ -12,6 +12,11 @@ const SAMPLES = 4; // of a pixel, along each axis
 // The corners of a boid of length 1 that goes along +x: [along, across].
 /** @type {[along: number, across: number][]} */
 export const CORNERS = [[0.62, 0], [-0.38, 0.36], [-0.38, -0.36]];
+
+// A colour as a browser gives it, as 0xbbggrr.
+/** @param {string} colour */
+export const packed = (colour) =>
+  partsOf(colour).reduce((sum, part, place) => sum + (part << (8 * place)), 0);
 
 export class Stamps {
   constructor() {

@@ -4,6 +4,7 @@
 
 import { button, make, unitText } from "./dom.js";
 import { download } from "./files.js";
+import { LivingCells } from "./living.js";
 import { Player } from "./player.js";
 import { estimated, Plotted } from "./plotted.js";
 
@@ -19,13 +20,17 @@ import { estimated, Plotted } from "./plotted.js";
 const VERIFIED =
   "Run again for this page: every number equals the stored one, bit for" +
   " bit.";
-const TRIAL = "trial"; // in the address, after its #
+// In the address, after its #.
+const TRIAL = "trial";
+const SWARMS = "swarms";
 const SECONDS = 12; // that a run takes on the page, about
 const SPEEDS = [1, 5, 15, 30, 60, 120, 300, 1000];
 const HATCHED = "Hatched: the confidence interval is wider than all steps to adjacent" +
   " cells.";
 const WAYS = "Click a point to play its run. Drag across the figure, or use the arrow" +
   " keys, to see other runs at the same step; Enter plays.";
+
+const named = () => new URLSearchParams(location.hash.slice(1));
 
 /** @param {string} text */
 const paragraph = (text, className = "") => make("p", { textContent: text, className });
@@ -64,7 +69,9 @@ class Supplement {
         paragraph(WAYS, "ways"),
       ),
     );
-    root.append(make("div", { className: "stand" }, figure, room));
+    const stand = make("div", { className: "stand" }, figure, room);
+    root.append(stand);
+    this.living = data.figure.form === "cells" ? this.enliven(stand) : null;
     this.player = new Player(root, room);
     this.lacking = make("p", { className: "lacking", hidden: true });
     this.player.canvas.after(this.lacking);
@@ -74,6 +81,17 @@ class Supplement {
     document.addEventListener("keydown", (event) => this.player.key(event));
     this.choose(this.first(), false);
     this.print();
+  }
+
+  /** @param {HTMLElement} stand */
+  enliven(stand) {
+    const living = new LivingCells(stand, this.data, this.plotted, {
+      runOf: (place) => this.runOf(place),
+      switched: () => this.name(),
+    });
+    living.input.checked = named().has(SWARMS);
+    this.plotted.element.before(living.element);
+    return living;
   }
 
   legend() {
@@ -89,11 +107,10 @@ class Supplement {
   // The point with which the page begins: the one whose run the address names.
   first() {
     const { points, runs } = this.data;
-    const told = new URLSearchParams(location.hash.slice(1)).get(TRIAL);
-    const named = runs.findIndex(({ trial }) => trial === told);
-    const place = points.findIndex((point) => point.runs.includes(named));
+    const first = runs.findIndex(({ trial }) => trial === named().get(TRIAL));
+    const place = points.findIndex((point) => point.runs.includes(first));
     if (place < 0) return points.findIndex((point) => point.runs.length > 0);
-    const { roles } = runs[named];
+    const { roles } = runs[first];
     if (!roles.includes(this.role)) this.role = roles[0];
     return place;
   }
@@ -105,20 +122,32 @@ class Supplement {
     this.place = place;
     this.plotted.show(place);
     this.table.show(place);
-    const { points, runs } = this.data;
-    const own = points[place].runs.map((one) => runs[one]);
-    const run = own.find(({ roles }) => roles.includes(this.role)) ?? own[0] ?? null;
-    this.tell(own, run);
+    const run = this.runOf(place);
+    this.tell(run);
     this.lacking.hidden = run !== null;
-    this.lacking.textContent = points[place].why;
+    this.lacking.textContent = this.data.points[place].why;
     if (run) this.load(run);
     if (run && clicked) this.player.obey({ type: "run" });
     if (!run) this.player.obey({ type: "pause" });
   }
 
-  /** @param {SupplementRun[]} own @param {SupplementRun | null} shown */
-  tell(own, shown) {
+  /** @param {number} place */
+  runsOf(place) {
+    const { points, runs } = this.data;
+    return points[place].runs.map((one) => runs[one]);
+  }
+
+  // The run of a point that has the chosen role, or another one.
+  /** @param {number} place */
+  runOf(place) {
+    const runs = this.runsOf(place);
+    return runs.find(({ roles }) => roles.includes(this.role)) ?? runs[0] ?? null;
+  }
+
+  /** @param {SupplementRun | null} shown */
+  tell(shown) {
     const { figure, points, rows } = this.data;
+    const own = this.runsOf(this.place);
     const row = rows[this.place];
     const count = row[`${figure.column}_n`];
     this.reading.textContent = `${points[this.place].words}: ${
@@ -139,6 +168,7 @@ class Supplement {
   /** @param {string} role */
   pick(role) {
     this.role = role;
+    this.living?.settle();
     this.choose(this.place, true);
   }
 
@@ -149,14 +179,23 @@ class Supplement {
     const { step } = player;
     const going = player.run?.state.running ?? false;
     // Not before a choice: the address of a page that was opened stays as it is.
-    if (this.run) history.replaceState(null, "", `#${TRIAL}=${run.trial}`);
+    const opened = this.run === null;
     this.run = run;
+    if (!opened) this.name();
     player.play(this.recording(run));
     player.obey({ type: "seek", frame: step });
     if (going) player.obey({ type: "run" });
     const { front, study } = this.data;
     const last = `sweep view ${study} ${run.trial}`;
     this.again.textContent = [...front.run.slice(0, -1), last].join("\n");
+  }
+
+  // The address has the run that is shown, and whether a reader wants swarms.
+  name() {
+    const address = new URLSearchParams();
+    if (this.run) address.set(TRIAL, this.run.trial);
+    if (this.living?.wanted) address.set(SWARMS, "on");
+    history.replaceState(null, "", `#${address}`);
   }
 
   /** @param {SupplementRun} run @returns {Recording} */

@@ -1,9 +1,8 @@
 // Draws what moves: boids with their trails, the neighbours of one boid, and the
 // accelerations by rule.
 
-import { partsOf } from "./dom.js";
 import { WHEEL } from "./headings.js";
-import { CORNERS } from "./stamps.js";
+import { CORNERS, packed } from "./stamps.js";
 
 /** @import { Frame } from "./frames.js" */
 /** @import { Scene } from "./protocol.d.ts" */
@@ -194,9 +193,6 @@ function drawBoid(stage, frame, i, size, colour) {
 function stampBoids(stage, context, frame, size, of) {
   const { ratio } = stage;
   const { canvas } = context;
-  /** @param {string} colour */
-  const packed = (colour) =>
-    partsOf(colour).reduce((sum, part, place) => sum + (part << (8 * place)), 0);
   const colours = of?.colours.map(packed) ?? [];
   const plain = packed(stage.colours.boid);
   stage.stamps.begin(

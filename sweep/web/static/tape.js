@@ -7,7 +7,7 @@ import { decode } from "./frames.js";
 
 export class Tape {
   // All frames have as many bytes.
-  /** @param {Recording} recording */
+  /** @param {Pick<Recording, "frames" | "steps">} recording */
   constructor({ frames, steps }) {
     this.bytes = bytesOf(frames);
     this.steps = steps;
