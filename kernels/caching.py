@@ -76,7 +76,7 @@ CONFIG: Any = config
 USUAL_OPT = 3
 """Optimization level of numba by default."""
 STAMP_DIGITS = 64
-ENTRIES = ".nbi", ".ptx", ".cubin", ".alone", ".promises", ".stamp"
+ENTRIES = ".nbi", ".ptx", ".cubin", ".wasm", ".alone", ".promises", ".stamp"
 """Endings of the names of files that are entries of the cache."""
 
 TUPLES = (types.Tuple, types.UniTuple, types.NamedTuple, types.NamedUniTuple)

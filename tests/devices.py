@@ -20,7 +20,7 @@ from sweep.design.jobs import Job
 from sweep.trial.result import Result
 from sweep.trial.simulation import run
 from sweep.workers.executors import Loky, Serial
-from sweep.workers.gpu import OnDevice
+from sweep.workers.on_device import OnDevice
 
 ABOUT = {"name": "Test GPU 9", "driver": "13.0", "numba_cuda": "0.30.4", "nvvm": "13.5"}
 
@@ -153,7 +153,7 @@ def there(
     """Within it, `--executor cuda` finds a device here; commands use this process."""
     about = {
         "MOST_ON_DEVICE": 4,
-        "DeviceTrials": lambda: device,
+        "DeviceTrials": lambda _device: device,
         "refusal_of": can_fly,
         "problem": lambda: problem,
     }

@@ -7,9 +7,11 @@ Results are bitwise identical to the results of trials that run alone.
     kernel    the kernel that advances and measures the trial of a thread
     batch     trials that are sent to a device, advanced there, and brought back
     host      a device that is this processor, for tests and for debugging
+    wasm      WebAssembly of a kernel, and the check that results are identical
+    wasmtime_host  a device that runs WebAssembly on this processor
     ptx       PTX of a kernel, and the check that results are identical
     assembly  machine code of PTX
     gpu       a device that is a GPU
 
-Only the last three need the extra `gpu`.
+The modules for WebAssembly need the extra `wasm`, the last three the extra `gpu`.
 """

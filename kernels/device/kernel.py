@@ -5,6 +5,7 @@ tuples of a trial from views of large arrays. Then the kernel calls the `advance
 model and the kernels of the metrics, as a processor does.
 """
 
+import hashlib
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -176,10 +177,23 @@ class Kernel:
         )
         return function
 
+    def key(self, *compiler: Any) -> str:
+        """Return a hash that changes if the kernel must be compiled again.
+
+        `compiler` are the target, the options and the versions of the compiler.
+        """
+        parts = self.stamp, self.text, self.maps, *compiler
+        names = [f"{kind.__module__}.{kind.__qualname__}" for kind in self.classes]
+        return hashlib.sha256(repr((parts, names)).encode()).hexdigest()[:48]
+
     @cached_property
     def of_trial(self) -> Callable[..., None]:
         """Function of the index of a trial, of `numbers` and of `arrays`."""
-        return self.function(f"def fly(trial, {self._arguments}):")
+        return self.of_trial_with()
+
+    def of_trial_with(self, **known: Any) -> Callable[..., None]:
+        """Return `of_trial` with more globals."""
+        return self.function(f"def fly(trial, {self._arguments}):", **known)
 
     def of_thread(self, cuda: Any) -> Callable[..., None]:
         """Return the function of a thread of a GPU, of `numbers` and `arrays`.

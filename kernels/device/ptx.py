@@ -22,7 +22,6 @@ The folder of compiled kernels stores PTX. numba-cuda asks a driver for the comp
 capability; `_answered` gives the answer.
 """
 
-import hashlib
 import math
 import re
 from collections.abc import Callable, Iterator
@@ -231,16 +230,9 @@ def ptx_of(kernel: Kernel, capability: tuple[int, int] = CAPABILITY) -> Compiled
     and the addresses of the arrays. Raises NotForDeviceError if the kernel cannot be
     compiled.
     """
-    name = f"{_key(kernel, capability)}.ptx"
+    name = f"{kernel.key(capability, OPTIONS, VERSIONS)}.ptx"
     text = kept(name, lambda: _compiled(kernel, capability).encode("ascii"))
     return Compiled(text.decode("ascii"))
-
-
-def _key(kernel: Kernel, capability: tuple[int, int]) -> str:
-    """Return a hash that changes if a kernel must be compiled again."""
-    parts = kernel.stamp, kernel.text, kernel.maps, capability, OPTIONS, VERSIONS
-    names = [f"{kind.__module__}.{kind.__qualname__}" for kind in kernel.classes]
-    return hashlib.sha256(repr((parts, names)).encode()).hexdigest()[:48]
 
 
 def _compiled(kernel: Kernel, capability: tuple[int, int]) -> str:

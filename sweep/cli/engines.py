@@ -27,12 +27,12 @@ Engine = Annotated[
     str,
     typer.Option(
         "--executor",
-        metavar="local|dask|cuda|NAME",
+        metavar="local|dask|cuda|wasm|NAME",
         autocompletion=engine_names,
         help=(
             "Engine that runs trials: processes on this machine, a dask cluster,"
-            " processes that share the GPU of this machine, or an engine of an"
-            " installed package."
+            " processes that share the GPU of this machine, processes that run"
+            " WebAssembly, or an engine of an installed package."
         ),
     ),
 ]

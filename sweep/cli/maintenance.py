@@ -127,12 +127,12 @@ def verify(
     executor: Annotated[
         str | None,
         typer.Option(
-            metavar="cpu|dask|cuda|NAME",
+            metavar="cpu|dask|cuda|wasm|NAME",
             autocompletion=engine_names,
             help=(
-                "Engine that runs the trials: cpu, cuda, or an engine of an installed"
-                " package; the sample then prefers trials of another type of device. By"
-                " default cpu, with a sample of all trials."
+                "Engine that runs the trials: cpu, cuda, wasm, or an engine of an"
+                " installed package; the sample then prefers trials of another type of"
+                " device. By default cpu, with a sample of all trials."
             ),
         ),
     ] = None,

@@ -374,7 +374,8 @@ def _check(
             verification.count_refused(trial, error)
             continue
         if why := executor.flying.refusal(job):
-            verification.left_out[f"cannot run on a GPU ({why})"] += 1
+            where = executor.flying.called
+            verification.left_out[f"cannot run on {where} ({why})"] += 1
             verification.stored -= 1
         else:
             jobs.append(job)

@@ -43,7 +43,7 @@ COMPUTED = {
     "code": {"flight": str} | STAMPS,
     "own": {"sha": str, "seal": str},
     "packages": {kind: {} for kind in Code._fields[1:]},
-    "device": {"name": str, "driver": str, "numba_cuda": str, "nvvm": str},
+    "device": {"name": str},
 }
 """Entries on the computation: code hashes, custom code, packages and the device."""
 ALONE = COMPUTED | {
@@ -55,6 +55,8 @@ ALONE = COMPUTED | {
     "study_git": {"commit": str, "path": str, "modified": bool},
     "tables": [str],
 }
+PACKAGES = {"driver": "CUDA", "numba_cuda": "numba-cuda", "nvvm": "NVVM"}
+"""Names of packages by their keys in the description of a device, where they differ."""
 LAUNCH_AGAIN = "delete it and launch the study again"
 
 
@@ -125,11 +127,10 @@ def device_said(origin: Mapping[str, Any]) -> str:
     """
     if "device" not in origin:
         return ""
-    device = origin["device"]
-    return (
-        f"{device['name']} (CUDA {device['driver']}, numba-cuda {device['numba_cuda']},"
-        f" NVVM {device['nvvm']})"
-    )
+    versions = dict(origin["device"])
+    name = versions.pop("name")
+    packages = (f"{PACKAGES.get(key, key)} {versions[key]}" for key in versions)
+    return f"{name} ({', '.join(packages)})"
 
 
 def same_code(earlier: Mapping[str, Any], later: Mapping[str, Any]) -> bool:

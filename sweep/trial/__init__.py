@@ -2,7 +2,7 @@
 
 simulation    one trial, kernel call by kernel call
 lanes         batches of trials, one in each lane of a vector
-on_device     batches of trials on a GPU
+on_device     batches of trials on a device, such as a GPU
 
 robots        ideal boids, robots, and failures
 playing       playback of a recording

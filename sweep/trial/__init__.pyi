@@ -30,6 +30,8 @@ from .on_device import DeviceTrials as DeviceTrials
 from .on_device import gpu as gpu
 from .on_device import problem as problem
 from .on_device import refusal_of as refusal_of
+from .on_device import refusal_of_wasm as refusal_of_wasm
+from .on_device import wasm as wasm
 from .playing import with_last_positions as with_last_positions
 from .probe import MOST_TRIALS as MOST_TRIALS
 from .probe import check_once as check_once

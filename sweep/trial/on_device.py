@@ -12,7 +12,7 @@ trials that a store attributes to a device ran there.
 
 import time
 from collections import defaultdict
-from collections.abc import Hashable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
@@ -31,7 +31,6 @@ from kernels.device.batch import (
     NoRoomError,
     form,
 )
-from kernels.device.host import Host
 from kernels.device.kernel import ASTRAY, LOST, Kernel
 from kernels.flight import Calls, calls_of, check_calls
 from kernels.generator import Stream, go_on, stream_of
@@ -46,6 +45,7 @@ from sweep.trial.state import Taken
 
 if TYPE_CHECKING:
     from kernels.device.gpu import Gpu
+    from kernels.device.wasmtime_host import Wasm
 
 MOST_ON_DEVICE = 8192
 """Largest number of trials in a batch.
@@ -62,34 +62,6 @@ During its preparation a trial needs about as much memory here as on the device.
 """
 
 
-@dataclass(frozen=True)
-class DeviceTrials:
-    """Function that runs trials on the GPU of this machine.
-
-    With `simulated`, the processor replaces the GPU.
-    """
-
-    simulated: bool = False
-
-    def __call__(self, job: Job) -> Result:
-        """Return the result of a job."""
-        [result] = self.several([job])
-        return result
-
-    def several(self, jobs: Sequence[Job]) -> list[Result]:
-        """Return the results of jobs, in their order."""
-        device = _host() if self.simulated else gpu()
-        results = dict[int, Result]()
-        for places in _groups(jobs):
-            together = [jobs[place] for place in places]
-            results |= zip(places, flown(together, device), strict=True)
-        return [results[place] for place in range(len(jobs))]
-
-
-def _host() -> Device:
-    return Host()
-
-
 @cache
 def gpu() -> "Gpu":
     """Return the GPU of this process.
@@ -100,6 +72,44 @@ def gpu() -> "Gpu":
     from kernels.device.gpu import Gpu
 
     return Gpu()
+
+
+@cache
+def wasm() -> "Wasm":
+    """Return the device of this process that runs WebAssembly.
+
+    Raises ModuleNotFoundError without the extra `wasm`.
+    """
+    from kernels.device.wasmtime_host import Wasm
+
+    return Wasm()
+
+
+@dataclass(frozen=True)
+class DeviceTrials:
+    """Function that runs trials on a device.
+
+    Attributes
+    ----------
+    device : callable
+        Returns the device of this process; must allow pickling.
+    """
+
+    device: Callable[[], Device]
+
+    def __call__(self, job: Job) -> Result:
+        """Return the result of a job."""
+        [result] = self.several([job])
+        return result
+
+    def several(self, jobs: Sequence[Job]) -> list[Result]:
+        """Return the results of jobs, in their order."""
+        device = self.device()
+        results = dict[int, Result]()
+        for places in _groups(jobs):
+            together = [jobs[place] for place in places]
+            results |= zip(places, flown(together, device), strict=True)
+        return [results[place] for place in range(len(jobs))]
 
 
 def problem() -> str:
@@ -114,43 +124,65 @@ def problem() -> str:
 
 
 def refusal_of(job: Job) -> str:
-    """Return the reason why a trial cannot run on a GPU; "" if it can."""
+    """Return the reason why a trial cannot run on a GPU; "" if it can.
+
+    A trial that compiles to different results cannot run. Where the extra `gpu` is not
+    installed, nothing is compiled.
+    """
+    return _refusal(job, _refused_by_gpu if find_spec("numba_cuda") else _accepted)
+
+
+def refusal_of_wasm(job: Job) -> str:
+    """Return the reason why a trial cannot run as WebAssembly; "" if it can."""
+    return _refusal(job, _refused_by_wasm)
+
+
+def _refusal(job: Job, of_kernel: Callable[[Kernel], str]) -> str:
+    """Return the reason why a trial cannot run on a device; "" if it can.
+
+    `of_kernel` returns the reason why a compiled kernel would have different results.
+    """
     reasons = []
     if job.time_limit is not None:
-        reasons.append("a time limit: a GPU cannot check the time")
+        reasons.append("a time limit: a device cannot check the time")
     if job.record.last_states:
-        reasons.append("last states of trials: a GPU does not store them")
+        reasons.append("last states of trials: a device does not store them")
     if job.known.models[job.model].events:
-        reasons.append("a recording, which a GPU does not play")
-    return "; ".join(reasons) or _refused(job)
-
-
-def _refused(job: Job) -> str:
-    """Return the reason why compiled code would have different results on a GPU.
-
-    The reason is "" if the results are bitwise identical, or if compiling is impossible
-    here.
-    """
-    if find_spec("numba_cuda") is None:
-        return ""
-    from kernels.device.assembly import assembled
-    from kernels.device.ptx import CAPABILITY, ptx_of
-
+        reasons.append("a recording, which a device does not play")
+    if reasons:
+        return "; ".join(reasons)
     try:
         kernel = kernel_of(job)
     except Exception:  # it cannot begin anywhere: the trial reports the error
         return ""
     try:
+        return of_kernel(kernel)
+    except DeviceError as error:
+        return str(error)
+
+
+def _accepted(_kernel: Kernel) -> str:
+    return ""
+
+
+def _refused_by_gpu(kernel: Kernel) -> str:
+    from kernels.device.assembly import assembled
+    from kernels.device.ptx import CAPABILITY, ptx_of
+
+    try:
         capability = gpu().capability
     except DeviceError:
         capability = CAPABILITY
-    try:
-        compiled = ptx_of(kernel, capability)
-        if not compiled.refusal:
-            assembled(compiled.text, capability)
-    except DeviceError as error:
-        return str(error)
+    compiled = ptx_of(kernel, capability)
+    if not compiled.refusal:
+        assembled(compiled.text, capability)
     return compiled.refusal
+
+
+def _refused_by_wasm(kernel: Kernel) -> str:
+    from kernels.device.wasm import module_of
+
+    return module_of(kernel).refusal
 
 
 def kernel_of(job: Job) -> Kernel:
@@ -298,8 +330,8 @@ def _flown(prepared: Sequence[_Prepared], device: Device) -> Sequence[Landed]:
     except NoRoomError:
         half = len(prepared) // 2
         if not half:
-            needed = f"{_batch(prepared).bytes:,} bytes"
-            words = f"the GPU has too little memory for one trial, which needs {needed}"
+            needed = f"one trial, which needs {_batch(prepared).bytes:,} bytes"
+            words = f"{device.name} has too little memory for {needed}"
             return [failed(prepared[0].simulation.job, words)]
         return [*_flown(prepared[:half], device), *_flown(prepared[half:], device)]
 

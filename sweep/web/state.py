@@ -327,8 +327,13 @@ class ViewState:
     def study(self) -> str:
         """The name of the study: of the opened spec while its trial is shown."""
         if self.opened:
-            shown = {"plots": self.plots, "derive": self.derive, "sweeps": self.sweeps}
-            if replace(from_opened(self.opened), **shown) == self:
+            unchanged = replace(
+                from_opened(self.opened),
+                plots=self.plots,
+                derive=self.derive,
+                sweeps=self.sweeps,
+            )
+            if unchanged == self:
                 return self.opened.study.name
         return str(self.as_spec()["study"])
 

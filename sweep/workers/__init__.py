@@ -13,7 +13,9 @@ No trial is lost, and no trial is stored twice.
     engines            the engines that run trials, by name
 
     executors          engines on this machine: a pool of processes, or none
+    on_device          trials on a device, to which workers send batches
     gpu                the engine of a GPU, which a pool of processes shares
+    wasm               the engine of WebAssembly
 
     flying             how the workers of an engine run trials; on processors
     worker             runs a chunk of jobs in a worker

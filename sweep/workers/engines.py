@@ -78,6 +78,19 @@ def _cuda(options: EngineOptions) -> ExecutorFactory:
     return Cuda(gpu_workers(options.workers))
 
 
+def _wasm(options: EngineOptions) -> ExecutorFactory:
+    _check_no_cluster(options, "give")
+    for package in ("wasmtime", "ziglang"):
+        if find_spec(package) is None:
+            raise WorkersError(
+                f"--executor wasm: needs {package}: {installing('wasm')}"
+            )
+    from sweep.workers.executors import worker_count
+    from sweep.workers.wasm import WebAssembly
+
+    return WebAssembly(worker_count(options.workers))
+
+
 def _dask(options: EngineOptions) -> ExecutorFactory:
     address = options.address
     scheduler_file = options.scheduler_file
@@ -131,6 +144,7 @@ ENGINES: Registry[Engine] = Registry(
         "local": Engine("processes on this machine", _local),
         "dask": Engine("a dask cluster", _dask),
         "cuda": Engine("processes that share the GPU of this machine", _cuda),
+        "wasm": Engine("processes on this machine that run WebAssembly", _wasm),
     },
 )
 """Engines by the names that `--executor` takes."""

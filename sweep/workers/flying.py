@@ -77,6 +77,10 @@ class Flying(Protocol):
     def device(self) -> dict[str, str] | None:
         """Description of the device for the origin of trials; None for a processor."""
 
+    @property
+    def called(self) -> str:
+        """The device in a sentence."""
+
     def check(self, study: Study, jobs: Sequence[Job]) -> None:
         """Raise ChoiceError, with all reasons, if some jobs cannot run there.
 
@@ -108,6 +112,7 @@ class OnProcessors:
     """
 
     device: dict[str, str] | None = None
+    called: str = "processors"
 
     def check(self, study: Study, jobs: Sequence[Job]) -> None:
         """Do nothing: every trial can run on a processor.

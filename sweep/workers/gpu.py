@@ -1,33 +1,13 @@
 """The engine of a GPU: worker processes on this machine that share the GPU.
 
-A worker prepares a batch of trials, sends the batch to the GPU, and makes results of
-the returned values. Preparation and results take Python on a processor, and the GPU
-runs the batches of several processes in turn. So while the GPU runs one batch, further
-workers prepare the next batches.
-
-After a failure of the GPU, a process cannot use the GPU any more. Then the workers are
-replaced, and the trials of the batch run again in two halves. The coordinator queries
-the GPU, but runs no trial there.
-
-A new pool runs one step of a trial before any batch is sent. So a GPU that does not
-answer, or a model that the GPU cannot run, ends the launch with the reason. Finished
-trials are stored.
+The coordinator queries the GPU, but runs no trial there.
 """
 
-from collections import Counter
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from functools import cache, partial
-from typing import Protocol
+from dataclasses import dataclass
+from functools import cache
 
-from sweep.design import Job, evenly, trial_bytes
-from sweep.errors import ChoiceError
-from sweep.spec import Study
-from sweep.text import so_many
-from sweep.trial import Result, one_step
-from sweep.workers.chunks import Batches
-from sweep.workers.executors import Loky, SpoiltWorkerError, core_count
-from sweep.workers.flying import NewTrials, Sent
+from sweep.workers.executors import Loky, core_count
+from sweep.workers.on_device import OnDevice
 
 LEAST_WORKERS = 2
 MOST_WORKERS = 16
@@ -37,129 +17,6 @@ The default is one worker per core, because the preparation of trials takes proc
 With a single worker the GPU would idle. Each worker holds memory of the GPU, some
 hundred megabytes before its first trial.
 """
-MOST_BYTES = 2**28
-"""Maximum size of the results of a batch, which are sent as one object."""
-MOST_LOOKED = 200
-"""Maximum number of trials of a study that are checked for a GPU.
-
-A check prepares the trial, which takes some milliseconds.
-"""
-
-MEMORY = "memory_limit: the memory of one trial of a batch is not known"
-
-
-class FliesSeveral(Protocol):
-    """A function that runs trials on a device."""
-
-    def several(self, jobs: Sequence[Job]) -> list[Result]:
-        """Return the results of jobs, in their order.
-
-        An error of the device is raised. An error of one trial is in the result of that
-        trial.
-        """
-
-
-@dataclass(frozen=True)
-class InBatches:
-    """The function that is sent to a worker.
-
-    Attributes
-    ----------
-    trials : FliesSeveral
-        Runs trials on the device.
-    first : Job
-        Job that runs if no job is sent, as a test of a new pool.
-    """
-
-    trials: FliesSeveral
-    first: Job = field(repr=False)
-
-    def __call__(self, job: Job) -> Result:
-        """Return the result of a job."""
-        return self.several([job])[0]
-
-    def several(self, jobs: Sequence[Job]) -> list[Result]:
-        """Return the results of jobs, in their order.
-
-        Raises SpoiltWorkerError for any error of the device.
-        """
-        try:
-            return self.trials.several(jobs or [self.first])[: len(jobs)]
-        except Exception as error:
-            message = f"the GPU gave no results: {type(error).__name__}: {error}"
-            raise SpoiltWorkerError(message) from error
-
-
-@dataclass(frozen=True)
-class OnDevice:
-    """Trials on a device, to which workers send whole batches.
-
-    Attributes
-    ----------
-    trials : FliesSeveral
-        Runs trials on the device; must allow pickling.
-    refusal : callable
-        Returns why a trial cannot run there; "" if it can.
-    at_once : int
-        Largest number of trials of a batch.
-    device : dict of str or None
-        Description of the device for the origin of trials.
-    """
-
-    trials: FliesSeveral
-    refusal: Callable[[Job], str]
-    at_once: int
-    device: dict[str, str] | None
-
-    def check(self, study: Study, jobs: Sequence[Job]) -> None:
-        """Raise ChoiceError with every reason why trials of a study cannot run there.
-
-        Parameters
-        ----------
-        study : Study
-        jobs : sequence of Job
-            Jobs of the study. At most MOST_LOOKED jobs are checked.
-        """
-        looked = [jobs[index] for index in evenly(len(jobs), MOST_LOOKED)]
-        counts = Counter[str]()
-        first = dict[str, Job]()
-        if study.policy.memory is not None:
-            counts[MEMORY] = len(looked)
-        for job in looked:
-            if why := self.refusal(job):
-                counts[why] += 1
-                first.setdefault(why, job)
-        if counts:
-            reasons = [
-                why
-                if count == len(looked)
-                else f"{why} ({count:,} of {so_many(len(looked), 'trial')}, for example"
-                f" at point {first[why].point})"
-                for why, count in counts.items()
-            ]
-            raise ChoiceError(
-                "\n  ".join(["trials cannot run on a GPU:", *reasons]), study.name
-            )
-
-    def prepare(self, job: Job) -> None:
-        """Do nothing: nothing is compiled for processors."""
-
-    def sent(self, new: NewTrials) -> Sent:
-        """Return a function for batches, from step 0 and without checkpoints."""
-        return self._sent(new.jobs, new.jobs[int(new.seconds.argmax())])
-
-    def sent_again(self, jobs: Sequence[Job]) -> Sent:
-        """Return a function for batches: stored trials run as new ones."""
-        return self._sent(jobs, jobs[0])
-
-    def _sent(self, jobs: Sequence[Job], longest: Job) -> Sent:
-        states = len(longest.known.models[longest.model].state)
-        room = MOST_BYTES / trial_bytes(longest.settings, longest.record, states)
-        at_once = max(1, min(self.at_once, int(room)))
-        return Sent(
-            InBatches(self.trials, one_step(jobs[0])),
-            partial(Batches, at_once=at_once),
-        )
 
 
 @dataclass
@@ -172,9 +29,9 @@ class Cuda(Loky):
     @property
     def flying(self) -> OnDevice:
         """Way in which the workers run trials: in batches on the GPU."""
-        from sweep.trial import MOST_ON_DEVICE, DeviceTrials, refusal_of
+        from sweep.trial import MOST_ON_DEVICE, DeviceTrials, gpu, refusal_of
 
-        return OnDevice(DeviceTrials(), refusal_of, MOST_ON_DEVICE, this_gpu())
+        return OnDevice(DeviceTrials(gpu), refusal_of, MOST_ON_DEVICE, this_gpu())
 
 
 def gpu_problem() -> str:

@@ -46,6 +46,10 @@ MAY_IMPORT_TOO = {
     "kernels/device/kernel.py": {"textwrap"},
     "kernels/device/ptx.py": {"contextlib", "importlib", "re"},
     "kernels/device/views.py": {"llvmlite"},
+    "kernels/device/wasm.py": {
+        *("importlib", "llvmlite", "subprocess", "sys", "tempfile", "wasmtime"),
+    },
+    "kernels/device/wasmtime_host.py": {"wasmtime"},
     "kernels/fetching.py": {"llvmlite"},
     "kernels/fours.py": {"llvmlite"},
     "kernels/indices.py": {"llvmlite"},
@@ -57,12 +61,12 @@ COMPILERS = {
     f"kernels/{name}.py"
     for name in (
         *("__init__", "caching", "fetching", "fours", "generator", "indices", "jit"),
-        *("device/ptx", "device/views"),
+        *("device/ptx", "device/views", "device/wasm"),
     )
 }
 """One module says how kernels are compiled. Others say where the compiled code is kept,
 and what is compiled to instructions of the processor that Python has no words for, or
-of a GPU. Lanes have their own types.
+of a GPU, or of WebAssembly. Lanes have their own types.
 """
 
 EXACT = {

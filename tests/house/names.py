@@ -71,6 +71,7 @@ PLACES_OF_ENTRIES |= {
 """The registries, and what they gather."""
 WORDS_OF_ENTRIES = {
     "numpy": {  # the package
+        "kernels/device/wasm.py",
         "kernels/jit.py",
         "kernels/lanes/vectors.py",
         "sweep/store/origin.py",

@@ -103,6 +103,10 @@ OTHERWISE = {
     "sweep/cli/output.py open": "os.devnull",
     "sweep/web/launching.py TemporaryFile": "has no name; what a launch says",
     "sweep/spec/images.py FileIO": "reads",
+    "kernels/device/wasm.py TemporaryDirectory": (
+        "for a linker that knows paths only; nobody else may enter it"
+    ),
+    "kernels/device/wasm.py write_bytes": "into that folder",
     "kernels/caching.py touch": "an empty file, whose name says all",
     "kernels/caching.py write_bytes": "beside its place, then renamed",
     "sweep/recordings/kept_frames.py mkdtemp": (

@@ -77,7 +77,7 @@ def test_trials_have_their_bits(trajectories: bool, heatmaps: bool) -> None:
 def test_every_model_has_its_bits(model: str) -> None:
     """With all metrics, whose frames are brought back, and all layers of presets."""
     jobs = list(exact_jobs(model))
-    check(jobs, DeviceTrials(simulated=True).several(jobs))
+    check(jobs, DeviceTrials(Host).several(jobs))
 
 
 def test_jobs_of_several_kinds_go_in_batches_of_one_kind(
@@ -89,7 +89,7 @@ def test_jobs_of_several_kinds_go_in_batches_of_one_kind(
     kinds = [some(3), some(2, n=9), some(2, steps=8), some(2, every=2)]
     jobs = [one for kind in kinds for one in kind[::2]]
     jobs += [one for kind in kinds for one in kind[1::2]]
-    check(jobs, DeviceTrials(simulated=True).several(jobs))
+    check(jobs, DeviceTrials(Host).several(jobs))
     assert sorted(made) == [1, 1, 1, 1, 2, 2, 2, 3], "one asks how many fit"
 
 

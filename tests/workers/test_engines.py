@@ -73,13 +73,18 @@ def _dask(folder: Path) -> Iterator[ExecutorFactory]:
 
 
 @contextmanager
+def _wasm(_folder: Path) -> Iterator[ExecutorFactory]:
+    yield ENGINES["wasm"].make(EngineOptions(workers=2))
+
+
+@contextmanager
 def _of_a_package(_folder: Path) -> Iterator[ExecutorFactory]:
     names: dict[str, Any] = {}
     exec(INLINE, names)  # as it stands in the package
     yield names["ENGINE"].make(EngineOptions())
 
 
-HERE = {"local": _local, "dask": _dask, "of a package": _of_a_package}
+HERE = {"local": _local, "dask": _dask, "wasm": _wasm, "of a package": _of_a_package}
 """The engine of a GPU is the pool of processes of "local", whose workers fly trials in
 another way: see test_gpu.
 """

@@ -14,6 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from kernels.device.host import Host
 from sweep.campaigns.launching import check_flights, launch
 from sweep.design.cost import trial_bytes
 from sweep.design.design import expand
@@ -64,7 +65,7 @@ def test_a_device_stores_what_processors_store(
     tmp_path: Path, whole: dict[str, str]
 ) -> None:
     """On the device that this machine is, with the layout and launch of a GPU."""
-    launched(MANY, tmp_path, InThisProcess(device=DeviceTrials(simulated=True)))
+    launched(MANY, tmp_path, InThisProcess(device=DeviceTrials(Host)))
     assert stored(tmp_path) == whole
 
 
@@ -134,7 +135,7 @@ def test_a_device_that_dies_ends_the_launch_and_the_same_command_goes_on(
     tmp_path: Path, whole: dict[str, str]
 ) -> None:
     device = devices.Dies(after=2)
-    why = "no worker process can be given a job: the GPU gave no results: RuntimeError"
+    why = "no worker process can be given a job: a GPU gave no results: RuntimeError"
     with pytest.raises(WorkersError, match=f"^{why}: the driver does not answer$"):
         launched(MANY, tmp_path, InThisProcess(device=device))
     assert len(StoredStudy("small", tmp_path).trials) == 8
@@ -221,7 +222,7 @@ def test_a_search_is_checked_by_trials_like_those_that_it_asks_for() -> None:
 def test_a_trial_that_cannot_begin_is_not_refused_and_says_why_itself(
     tmp_path: Path,
 ) -> None:
-    device = DeviceTrials(simulated=True)
+    device = DeviceTrials(Host)
     engine = InThisProcess(device=device, refusal=on_device.refusal_of)
     trials = launched(IMPOSSIBLE, tmp_path, engine).trials
     assert set(trials["status"]) == {"failed"}
@@ -262,12 +263,12 @@ def test_results_that_are_large_come_in_smaller_batches(
     study = read(SMALL.replace("every: 2", "every: 2, trajectories: true"))
     jobs = list(Jobs(study, expand(study)))
     size = trial_bytes(jobs[0].settings, jobs[0].record)
-    monkeypatch.setattr(gpu, "MOST_BYTES", 2.5 * size)
+    monkeypatch.setattr("sweep.workers.on_device.MOST_BYTES", 2.5 * size)
     flying = devices.on_device(devices.OfProcessors())
     sent = flying.sent(NewTrials(study, jobs, np.ones(len(jobs)), 2, None))
     assert len(sent.deal(np.ones(len(jobs))).take(2)) == 2
     assert len(flying.sent_again(jobs[:1]).deal([1.0]).take(2)) == 1
-    monkeypatch.setattr(gpu, "MOST_BYTES", 0.1 * size)
+    monkeypatch.setattr("sweep.workers.on_device.MOST_BYTES", 0.1 * size)
     assert len(flying.sent_again(jobs).deal([1.0] * 6).take(2)) == 1
 
 
