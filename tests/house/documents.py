@@ -11,7 +11,13 @@ from tests.house.sources import Checkout, Document, Finding
 
 MAIN = ("README.md", "GUIDE.md", "CONTRIBUTING.md", "DEVELOPING.md")
 FOR_DEVELOPERS = ("CONTRIBUTING.md", "DEVELOPING.md", "docs/**/*.md")
-DOCUMENTS = ("*.md", "docs/**/*.md", "experiments/*/*.md", "examples/*.md")
+DOCUMENTS = (
+    "*.md",
+    "docs/**/*.md",
+    "experiments/*/*.md",
+    "examples/*.md",
+    "paper/*.md",
+)
 DECISIONS = "docs/decisions/README.md"
 WORDS = "docs/words.md"
 TRUST = "docs/trust.md"

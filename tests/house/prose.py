@@ -23,6 +23,7 @@ DOCUMENTS = (
     "docs/tutorials/*.md",
     "docs/explanations/*.md",
     "experiments/*/README.md",
+    "paper/paper.md",
 )
 MOST_PRONOUNS = 35
 """Per 1,000 words. Guides of uv, xarray, Mesa and FLAME GPU have 23 to 27."""
