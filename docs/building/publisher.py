@@ -209,9 +209,17 @@ WRITERS: Mapping[str, Callable[[Publisher, str], str]] = {
     "codemeta.json": codemeta,
     "docs/conda/recipe.yaml": recipe,
     "paper/paper.md": paper,
-    "README.md": marked,
-    "docs/help.md": marked,
-    "docs/install.md": marked,
+    **dict.fromkeys(
+        (
+            "CODE_OF_CONDUCT.md",
+            "README.md",
+            "SECURITY.md",
+            "SUPPORT.md",
+            "docs/help.md",
+            "docs/install.md",
+        ),
+        marked,
+    ),
 }
 """The documents with facts about the publisher: facts, present text -> text."""
 

@@ -10,7 +10,12 @@ from itertools import pairwise
 from tests.house.sources import Checkout, Document, Finding
 
 MAIN = ("README.md", "GUIDE.md", "CONTRIBUTING.md", "DEVELOPING.md")
-FOR_DEVELOPERS = ("CONTRIBUTING.md", "DEVELOPING.md", "docs/**/*.md")
+FOR_DEVELOPERS = (
+    "CONTRIBUTING.md",
+    "DEVELOPING.md",
+    "RELEASING.md",
+    "docs/**/*.md",
+)
 DOCUMENTS = (
     "*.md",
     "docs/**/*.md",

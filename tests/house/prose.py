@@ -16,6 +16,10 @@ from tests.house.sources import Checkout, Document, Finding, Module
 DOCUMENTS = (
     "README.md",
     "CHANGELOG.md",
+    "CODE_OF_CONDUCT.md",
+    "RELEASING.md",
+    "SECURITY.md",
+    "SUPPORT.md",
     "CONTRIBUTING.md",
     "DEVELOPING.md",
     "docs/*.md",
