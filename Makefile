@@ -36,9 +36,10 @@ notebooks: $(STAMP)  ## run the notebooks from nothing and write down what comes
 	$(BIN)/sweep warm
 	$(BIN)/python notebooks/execute.py
 
-documents: $(STAMP)  ## write what follows from the code and the scorecard: keys, the headline of the readme
+documents: $(STAMP)  ## write what follows from the code, the scorecard and pyproject.toml: keys, headline, authors, addresses
 	$(BIN)/python -m sweep.spec.key_table > docs/keys.md
 	$(BIN)/python -m sweep.published.headline README.md experiments results
+	$(BIN)/python -m docs.building.publisher
 
 docs: $(DOCS_STAMP)  ## build the documentation site, build/site/index.html
 	$(BIN)/python -m docs.building.site

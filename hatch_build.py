@@ -1,5 +1,5 @@
-"""What a wheel and an sdist say of themselves: from which commit they were built, and
-what a package registry shows of the README.
+"""What a wheel and an sdist say of themselves: from which commit they were built, what
+a package registry shows of the README, and whom and which addresses it names.
 
 A checkout that is installed as it is needs no commit: there git is asked at run time.
 Of an sdist the file is there already, and goes into the wheel as any other.
@@ -18,18 +18,21 @@ from hatchling.metadata.plugin.interface import MetadataHookInterface
 
 ROOT = Path(__file__).parent
 ASKING = ROOT / "sweep" / "store" / "repository.py"
+PUBLISHER = ROOT / "docs" / "building" / "publisher.py"
 CODE = re.compile(r"(^```.*?^```$)", re.MULTILINE | re.DOTALL)
 NEAR = re.compile(r"(!?)\[([^\[\]]+)\]\((?![a-z]+:)[^()]+\)")
 """A link or a picture that leads to no other site."""
 
 
 class SayReadme(MetadataHookInterface):
-    """Gives the package the README as its description."""
+    """Gives the package the README as its description, its authors and addresses."""
 
     def update(self, metadata: dict[str, Any]) -> None:
         """hatch calls this for whatever it builds."""
         text = readable_anywhere((ROOT / "README.md").read_text(encoding="utf-8"))
         metadata["readme"] = {"content-type": "text/markdown", "text": text}
+        publisher = _loaded(PUBLISHER).read_publisher(ROOT / "pyproject.toml")
+        metadata.update(publisher.metadata())
 
 
 def readable_anywhere(text: str) -> str:

@@ -17,6 +17,7 @@ from sweep.cli.app import (
     Trust,
     app,
     one_format,
+    stop,
 )
 
 
@@ -135,6 +136,71 @@ def cite(
         print(citation.as_bibtex())
     else:
         print(citation.as_json() if as_json else citation.as_text())
+
+
+@app.command(rich_help_panel=Group.store)
+def register(
+    study: Annotated[
+        str,
+        typer.Argument(
+            metavar="SPEC|STUDY",
+            help="Spec (.yaml) of one study; with --check a stored study.",
+        ),
+    ],
+    check: Annotated[
+        Path | None,
+        typer.Option(
+            "--check",
+            metavar="FILE",
+            help="Registration with which to compare the stored study.",
+        ),
+    ] = None,
+    claim: Annotated[
+        list[str] | None,
+        typer.Option(help="Expected result, in a sentence; may be repeated."),
+    ] = None,
+    to: Annotated[
+        Path | None,
+        typer.Option("--to", help="New file, .yaml; by default the name of the study."),
+    ] = None,
+    results: Results = Path("results"),
+    as_json: Json = False,
+    no_code: NoCode = False,
+    code_from: CodeFrom = None,
+) -> None:
+    """Register a study before its first trial.
+
+    Writes a dated file with the spec, the plan, the claims, and hashes of the code.
+    With --check, compares a stored study with such a file; the exit code is 1 if a fact
+    differs. A registration is never replaced.
+
+    Examples
+    --------
+    sweep register spec.yaml --claim "The speed falls with the separation weight."
+    sweep register my/first --check my-first-registration.yaml
+    """
+    from sweep.campaigns import plan_of
+    from sweep.cli.spec_files import check_spec_file
+    from sweep.own_code import load_spec
+    from sweep.sharing import check_registration
+    from sweep.sharing import register as write
+    from sweep.tables import StoredStudy
+    from sweep.workers import worker_count
+
+    if check:
+        if claim or to:
+            stop("--check: reads a registration; leave out --claim and --to")
+        done = check_registration(check, StoredStudy(study, results))
+    else:
+        spec = Path(study)
+        check_spec_file(spec, results)
+        parsed = load_spec(spec, code=not no_code, code_from=code_from)
+        plan = plan_of(parsed, worker_count(0), results)
+        done = write(parsed, plan, results, claims=claim or (), path=to)
+        print(done.path, file=sys.stderr)
+    print(done.as_json() if as_json else done.as_text())
+    if done.agrees is False:
+        raise SystemExit(1)
 
 
 @app.command(rich_help_panel=Group.store)

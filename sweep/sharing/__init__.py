@@ -9,6 +9,7 @@ packing      a study -> one file
 unpacking    one file -> a study
 stranger     the texts of the file for readers without boidsweep
 
+registration a dated record of a study before its first trial, and its check
 laid_out     a study -> spec and code as files, to resume the study
 """
 

@@ -44,6 +44,7 @@ from .reports import Report as Report
 from .reports import TextTable as TextTable
 from .results import Results as Results
 from .safe_csv import as_csv as as_csv
+from .spec_difference import changes as changes
 from .spec_difference import compare as compare
 from .stored_jobs import stored_point as stored_point
 from .stored_spec import check_recorded as check_recorded

@@ -216,6 +216,14 @@ def _among(ids: pa.Array, known: pa.Array) -> int:
     return int(pc.sum(pc.is_in(ids, value_set=known), min_count=0).as_py())
 
 
+def changes(before: str, after: str) -> list[Change]:
+    """Return the keys in which the texts of two specs differ, with their values."""
+    values = [
+        parse_document(text, Path("stored spec")).value for text in (before, after)
+    ]
+    return list(_changes(*values))
+
+
 def _changes(before: Any, after: Any, key: str = "") -> Iterator[Change]:
     """Yield the changes of mappings key by key, and of any other value as a whole."""
     if isinstance(before, dict) and isinstance(after, dict):

@@ -130,6 +130,20 @@ def test_tables_of_what_is_stored(folder: Path) -> None:
     assert found["method"].keys() <= named
 
 
+def test_a_registration_and_its_check(folder: Path) -> None:
+    """The rows below the second heading are those of a fact."""
+    page = PAGE.partition("## sweep register --json")[2].partition("\n## ")[0]
+    whole, of_fact = (dict(ROW.findall(part)) for part in page.split("A fact has"))
+    done = sweep(folder, "register", "small.yaml", "--json").stdout
+    facts = agree(done, whole)["facts"]
+    sweep(folder, "launch", "small.yaml", "--quiet")
+    file = "small-registration.yaml"
+    checked = sweep(folder, "register", "small", "--check", file, "--json").stdout
+    facts += agree(checked, whole)["facts"]
+    for fact in facts:
+        agree(json.dumps(fact), of_fact)
+
+
 def test_a_search_and_its_report(folder: Path) -> None:
     done = sweep(folder, "search", "search.yaml", "--json", "--quiet")
     agree(done.stdout, chapters()["sweep search --json"])

@@ -37,6 +37,7 @@ READING: dict[str, tuple[str, ...]] = {
     "flocks": ("STUDY", "--to", "file.csv"),
     "pack": ("STUDY",),
     "cite": ("STUDY",),
+    "register": ("STUDY", "--check", "registration.yaml"),
     "odd": ("STUDY",),
     "code": ("STUDY",),
     "view": ("STUDY", "--no-open"),

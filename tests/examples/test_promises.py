@@ -10,7 +10,13 @@ MODELS = sorted(path.stem for path in EXAMPLES.glob("*.yaml"))
 LONG = ("workers", "motors", "interpreter")
 """Promises for which processes are started, or much is compiled."""
 EVERY = [(model, promise) for model in MODELS for promise in PROMISES]
-FAST = [case for case in EVERY if case[1] not in LONG]
+TWINNED = "flocking"
+"""A model that differs from the others in its random order, which its twin tests."""
+FAST = [
+    case
+    for case in EVERY
+    if case[1] not in LONG and (case[0] != TWINNED or case[1] == "restart")
+]
 
 
 @pytest.mark.parametrize(

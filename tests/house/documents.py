@@ -10,8 +10,19 @@ from itertools import pairwise
 from tests.house.sources import Checkout, Document, Finding
 
 MAIN = ("README.md", "GUIDE.md", "CONTRIBUTING.md", "DEVELOPING.md")
-FOR_DEVELOPERS = ("CONTRIBUTING.md", "DEVELOPING.md", "docs/**/*.md")
-DOCUMENTS = ("*.md", "docs/**/*.md", "experiments/*/*.md", "examples/*.md")
+FOR_DEVELOPERS = (
+    "CONTRIBUTING.md",
+    "DEVELOPING.md",
+    "RELEASING.md",
+    "docs/**/*.md",
+)
+DOCUMENTS = (
+    "*.md",
+    "docs/**/*.md",
+    "experiments/*/*.md",
+    "examples/*.md",
+    "paper/*.md",
+)
 DECISIONS = "docs/decisions/README.md"
 WORDS = "docs/words.md"
 TRUST = "docs/trust.md"

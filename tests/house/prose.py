@@ -16,6 +16,10 @@ from tests.house.sources import Checkout, Document, Finding, Module
 DOCUMENTS = (
     "README.md",
     "CHANGELOG.md",
+    "CODE_OF_CONDUCT.md",
+    "RELEASING.md",
+    "SECURITY.md",
+    "SUPPORT.md",
     "CONTRIBUTING.md",
     "DEVELOPING.md",
     "docs/*.md",
@@ -23,6 +27,7 @@ DOCUMENTS = (
     "docs/tutorials/*.md",
     "docs/explanations/*.md",
     "experiments/*/README.md",
+    "paper/paper.md",
 )
 MOST_PRONOUNS = 35
 """Per 1,000 words. Guides of uv, xarray, Mesa and FLAME GPU have 23 to 27."""
