@@ -93,6 +93,10 @@ SPECS["chained"] = (
 SPECS["refined"] = SMALL.replace("study: small", "study: refined") + (
     "refine: {metric: speed, at: 3, axes: [separation_weight], until: 0.5, budget: 9}\n"
 )
+SPECS["drawn_realities"] = SMALL.replace("study: small", "study: drawn_realities") + (
+    "realities: {packet_loss: {uniform: [0, 1]}, position_noise: {uniform: [0, 9]},"
+    " draws: 30}\n"
+)
 SPECS["validated"] = SMALL.replace("study: small", "study: validated") + (
     "validate: {dt: [1/2], search: all_pairs, update: both}\n"
 )

@@ -6,6 +6,7 @@ from .cells import cell_boxes as cell_boxes
 from .coverage import coverage_figure as coverage_figure
 from .curves import metric_curves as metric_curves
 from .directions import better_values as better_values
+from .directions import direction as direction
 from .drawing import as_text as as_text
 from .drawing import colours_of_kinds as colours_of_kinds
 from .drawing import draw_flock as draw_flock

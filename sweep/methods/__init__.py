@@ -10,7 +10,9 @@ calibration/  parameters that data support
 
 hysteresis/   loops between the way up and the way down of chains
 scaling/      the order transition in flocks of several sizes
+
 robustness/   conclusions with other time steps, orders and searches
+realities/    controllers in the design world, and in sampled realities
 
 resilience/   effects of failures of boids on recorded series
 sensitivity/  dependence of a metric on sampled parameters

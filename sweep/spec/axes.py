@@ -96,6 +96,8 @@ class Axis:
         True if the values are at equal ratios.
     continued : Continuation, optional
         Links of the chains of trials along the axis.
+    has_base : bool, default False
+        True if the first row has the values of `fixed` and of the preset.
     """
 
     name: str
@@ -113,6 +115,7 @@ class Axis:
     rows: Values | None = None
     geometric: bool = False
     continued: Continuation | None = None
+    has_base: bool = False
 
     def __len__(self) -> int:
         return len(next(iter(self.columns.values())))
@@ -285,6 +288,37 @@ class AxisReader:
         members = {key: child for key, child in entry.mapping() if key in self.settings}
         if not members:
             raise entry.error(f'"{name}" samples no parameter')
+        count = blocks.count if blocks else _points(entry, len(members))
+        return self.draw(name, members, count, sampler=sampler, blocks=blocks)
+
+    def draw(
+        self,
+        name: str,
+        members: Mapping[str, Entry],
+        count: int,
+        *,
+        sampler: str = ALONE,
+        blocks: SampleBlocks | None = None,
+    ) -> dict[str, Values]:
+        """Return drawn values by parameter, with repetitions.
+
+        Parameters
+        ----------
+        name : str
+            Name of the axis, which together with the seed decides the draws.
+        members : mapping of str to Entry
+            The distribution of each parameter.
+        count : int
+            Number of draws.
+        sampler : str, default "random"
+        blocks : SampleBlocks, optional
+            Blocks of a sample whose points come in blocks.
+
+        Raises
+        ------
+        SpecError
+            If an entry is no distribution, or a parameter does not allow the values.
+        """
         distributions = {
             setting: _only(child, DISTRIBUTIONS) for setting, child in members.items()
         }
@@ -293,7 +327,6 @@ class AxisReader:
             for setting, distribution in distributions.items()
             if not DISTRIBUTIONS[distribution.name].bounded
         ]
-        count = blocks.count if blocks else _points(entry, len(members))
         cube = UnitCube(count, [*members], name, self.seed, unbounded=unbounded)
         if blocks:
             cube = replace(cube, size=blocks.size, levels=blocks.levels)

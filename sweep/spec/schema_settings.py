@@ -152,7 +152,14 @@ def _spec(model: str, names: Iterable[str], presets: Iterable[str]) -> Schema:
         "derive": _named(derived, TEXT) | {"allOf": [reference(f"{model}.derived")]},
     }
     forms = ModelSchemas(
-        ranges=_written(model, names, "parameter"), axes=axes, values=settings
+        ranges=_written(model, names, "parameter"),
+        axes=axes,
+        values=settings,
+        drawn={
+            "additionalProperties": reference("distribution"),
+            "allOf": [reference(f"{model}.each")],
+        },
+        names=list(names),
     )
     by_section = {
         key: section.model_schema(forms)

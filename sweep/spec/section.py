@@ -106,11 +106,17 @@ class ModelSchemas(NamedTuple):
         Schema of axes.
     values : Schema
         Schema of parameters, each with a value.
+    drawn : Schema
+        Schema of parameters of any name, each with a distribution.
+    names : sequence of str
+        Names of the parameters.
     """
 
     ranges: Schema
     axes: Schema
     values: Schema
+    drawn: Schema
+    names: Sequence[str]
 
 
 class GrowthRule(Protocol):

@@ -221,7 +221,12 @@ def check_once(
     """
     for design in by_design(axes):
         places: list[tuple[str, Place]] = [(name, ("fixed", name)) for name in fixed]
-        places += [(name, axis.place) for axis in design for name in axis.columns]
+        places += [
+            (name, axis.place)
+            for axis in design
+            for name in axis.columns
+            if not (axis.has_base and name in fixed)
+        ]
         places += [(name, ("derive", name)) for name in derive]
         for name, count in Counter(name for name, _ in places).items():
             if count > 1:

@@ -254,6 +254,16 @@ def test_a_loop(folder: Path) -> None:
     assert table.startswith("metric,area,low,high,chains")
 
 
+def test_the_reality_gap(folder: Path) -> None:
+    realities = "realities: {packet_loss: {uniform: [0, 1]}, draws: 30}\n"
+    (folder / "small.yaml").write_text(SMALL + realities)
+    assert sweep(folder, "launch", "small.yaml").returncode == 0
+    run = sweep(folder, "gap", "small", "--json")
+    said = agree(run.stdout, chapters()["sweep gap --json"])
+    assert [len(said[key]) for key in ("controllers", "pairs")] == [2, 1]
+    assert said["controllers"][0]["indices"][0]["parameter"] == "packet_loss"
+
+
 def test_the_resilience(folder: Path) -> None:
     axis = "failing_share: [0, 0.5]"
     spec = SMALL.replace("separation_weight: [0.5, 1]", axis).replace("small", "failed")

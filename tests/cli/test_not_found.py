@@ -24,6 +24,7 @@ READING: dict[str, tuple[str, ...]] = {
     "power": ("STUDY", "--half-width", "speed=1"),
     "boundary": ("STUDY",),
     "hysteresis": ("STUDY",),
+    "gap": ("STUDY",),
     "resilience": ("STUDY",),
     "validity": ("STUDY",),
     "scaling": ("STUDY",),

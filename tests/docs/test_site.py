@@ -26,7 +26,7 @@ SEARCHED = {
     "explanations/seeds": ["random seed", "common random numbers"],
     "faq": ["FAQ"],
     "glossary": ["glossary", "blind angle", "malicious", "packet loss"],
-    "guide/ablation-studies": ["ablation", "imperfection", "reality gap"],
+    "guide/ablation-studies": ["ablation", "imperfection"],
     "guide/actuation-and-failures": ["actuation", "actuator", "failure", "fault"],
     "guide/analysing": ["confidence interval", "quantiles", "pandas"],
     "guide/boundaries-of-the-world": ["periodic boundary", "reflecting", "torus"],
@@ -51,6 +51,7 @@ SEARCHED = {
     "guide/on-a-gpu": ["GPU", "CUDA"],
     "guide/phase-boundaries": ["phase transition"],
     "guide/power": ["statistical power", "power analysis", "sample size"],
+    "guide/reality-gap": ["reality gap", "sim-to-real", "CVaR"],
     "guide/recording-and-derived-metrics": [
         *("histogram", "NaN", "time series", "order parameter")
     ],

@@ -134,6 +134,7 @@ WORDS_OF_ENTRIES = {
         "sweep/methods/search/report.py",
         "sweep/methods/ablation/analysis.py",
         "sweep/methods/adaptive/rule.py",
+        "sweep/methods/realities/analysis.py",
         "sweep/methods/search/objectives.py",
         "sweep/spec/recorded.py",
         "sweep/tables/means_text.py",

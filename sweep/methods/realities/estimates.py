@@ -1,0 +1,133 @@
+"""Estimates over pseudo-realities, each with a confidence interval.
+
+The trials of a controller form a table: a row per pseudo-reality, and a column per
+replicate. Rows are independent draws. Columns are independent too, but trials of one
+column may share random numbers. So the mean of the table has the variance of the row
+means over the number of rows, plus the variance of the column means over the number of
+columns. The noise within the table counts twice, which makes intervals a little wide.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sweep.analysis import Interval
+
+Floats = NDArray[np.float64]
+
+TENTH = 0.1
+"""Fraction of the draws in the worst tenth."""
+
+
+def known_means(table: Floats, axis: int) -> Floats:
+    """Return means of finite values along an axis; NaN without finite values."""
+    known = np.isfinite(table)
+    count = known.sum(axis=axis)
+    total = np.where(known, table, 0.0).sum(axis=axis)
+    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+
+
+def crossed_interval(
+    value: float, rows: Floats, columns: Floats, confidence: float
+) -> Interval:
+    """Return a value with an interval from the spread of rows and of columns.
+
+    Parameters
+    ----------
+    value : float
+        The estimate.
+    rows, columns : array
+        Independent values, (N,) and (R,). The variance of the estimate is the sum of
+        the variances of the two means. NaN does not count.
+    confidence : float
+
+    Returns
+    -------
+    Interval
+        Student's, with Welch's degrees of freedom. `n` is the number of rows. Bounds
+        are NaN for fewer than two rows or columns, and without any spread.
+
+    Examples
+    --------
+    >>> interval = crossed_interval(
+    ...     0.6, np.array([0.5, 0.6, 0.7]), np.array([0.58, 0.62]), 0.95
+    ... )
+    >>> round(interval.low, 2), round(interval.high, 2)
+    (0.41, 0.79)
+    """
+    from scipy.stats import t
+
+    parts = [part[np.isfinite(part)] for part in (rows, columns)]
+    n = len(parts[0])
+    if min(map(len, parts)) < 2:
+        return Interval(value, math.nan, math.nan, n)
+    squares = [float(part.var(ddof=1)) / len(part) for part in parts]
+    if sum(squares) == 0.0:
+        return Interval(value, math.nan, math.nan, n)
+    spread = sum(
+        square**2 / (len(part) - 1) for square, part in zip(squares, parts, strict=True)
+    )
+    quantile = t.ppf(0.5 + confidence / 2, sum(squares) ** 2 / spread)
+    half = float(quantile) * math.sqrt(sum(squares))
+    return Interval(value, value - half, value + half, n)
+
+
+def difference_interval(first: Interval, second: Interval) -> Interval:
+    """Return the difference of two independent estimates, second - first.
+
+    The distances of the bounds are added as squares (Zou and Donner 2008, Stat. Med.
+    27, 1693-1702). So an asymmetric interval keeps its longer side.
+    """
+    value = second.value - first.value
+    below = math.hypot(second.value - second.low, first.high - first.value)
+    above = math.hypot(second.high - second.value, first.value - first.low)
+    return Interval(value, value - below, value + above, second.n)
+
+
+def worst_mean(
+    values: Floats, confidence: float, *, low_is_worst: bool = True
+) -> Interval:
+    """Return the mean of the worst tenth of the values, with a confidence interval.
+
+    The mean is the conditional value at risk, CVaR (Rockafellar and Uryasev 2002, J.
+    Bank. Finance 26, 1443-1471). A value at the edge of the tenth counts in part.
+
+    Parameters
+    ----------
+    values : array
+        Independent values, (N,).
+    confidence : float
+    low_is_worst : bool, default True
+
+    Returns
+    -------
+    Interval
+        The interval is Student's, from the influence of each value on the mean. The
+        degrees of freedom are those of the values in the tenth, at least 1. Bounds are
+        NaN for fewer than ten values.
+
+    Examples
+    --------
+    >>> worst = worst_mean(np.arange(100.0), 0.95)
+    >>> worst.value, round(worst.low, 2), round(worst.high, 2)
+    (4.5, -1.92, 10.92)
+    """
+    from scipy.stats import t
+
+    ordered = np.sort(values if low_is_worst else -values)
+    n = len(ordered)
+    if n == 0:
+        return Interval(math.nan, math.nan, math.nan, 0)
+    size = TENTH * n
+    weights = np.clip(size - np.arange(n), 0.0, 1.0)
+    mean = float(weights @ ordered / weights.sum())
+    half = math.nan
+    if n >= 1 / TENTH:
+        edge = ordered[math.ceil(size) - 1]
+        influence = edge - np.maximum(edge - ordered, 0.0) / TENTH
+        freedom = max(size - 1.0, 1.0)
+        error = float(influence.std(ddof=1)) / math.sqrt(n)
+        half = float(t.ppf(0.5 + confidence / 2, freedom)) * error
+    centre = mean if low_is_worst else -mean
+    return Interval(centre, centre - half, centre + half, n)
