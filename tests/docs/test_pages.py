@@ -133,7 +133,7 @@ def test_a_command_shows_what_holds_without_an_option(made: Made) -> None:
     launch = chapters(made.pages["reference/commands"])["launch"]
     rows = {line.split("`")[1]: line for line in launch.splitlines() if "| `" in line}
     assert rows["--workers WORKERS"].endswith("| `0` |")
-    assert rows["--executor local\\|dask\\|cuda\\|NAME"].endswith("| `local` |")
+    assert rows["--executor local\\|dask\\|cuda\\|wasm\\|NAME"].endswith("| `local` |")
     assert rows["--retry"].endswith("|  |")
 
 
