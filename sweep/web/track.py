@@ -15,10 +15,10 @@ from sweep.spec import RecordSpec
 from sweep.trial import Simulation, State, joined, measured
 from sweep.web.running import recorded, simulation_of
 
-BOID_STEPS_APART = 20_000
+BOID_STEPS_APART = 60_000
 """Boids times steps between two kept states.
 
-These steps take some milliseconds, so that a page can go to any step without a visible
+These steps take about 20 ms, so that a page can go to any step without a visible
 wait.
 """
 MOST_BYTES = 256 * 2**20
