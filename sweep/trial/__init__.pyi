@@ -57,6 +57,7 @@ from .scenery import obstacles as obstacles
 from .simulation import BOID_STEPS_A_CALL as BOID_STEPS_A_CALL
 from .simulation import Simulation as Simulation
 from .simulation import attempt as attempt
+from .simulation import compiled_for as compiled_for
 from .simulation import compiling_seconds as compiling_seconds
 from .simulation import is_brief as is_brief
 from .simulation import is_compiled as is_compiled

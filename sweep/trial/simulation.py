@@ -29,6 +29,7 @@ from kernels.flight import (
     rebuild_grid,
 )
 from kernels.goals import Goals
+from kernels.layers import LAYERS
 from kernels.layers import is_compiled as is_compiled_for
 from kernels.metrics import Metric
 from kernels.moving import Motion, move_obstacles
@@ -443,6 +444,13 @@ def compiling_seconds(job: Job) -> float:
     return COMPILING_SECONDS
 
 
+def compiled_for(job: Job) -> str:
+    """Return the model of a trial, and the layers for which the model is compiled."""
+    layers = layers_of(job) or frozenset()
+    names = [name for layer, name in LAYERS.items() if layer in layers]
+    return " with ".join(filter(None, (job.model, ", ".join(names))))
+
+
 def layers_of(job: Job) -> frozenset[type] | None:
     """Return which of the LAYERS of kernels.layers a trial has.
 
@@ -504,4 +512,4 @@ def say_compiling(job: Job) -> None:
         return
     if seconds := compiling_seconds(job):
         duration = f"about {seconds:.0f} s on an idle core, once"
-        LOG.warning("compiling %s, %s", job.model, duration)
+        LOG.warning("compiling %s, %s", compiled_for(job), duration)

@@ -18,6 +18,7 @@ from sweep.errors import CodeError
 from sweep.spec import RecordSpec
 from sweep.trial import (
     Simulation,
+    compiled_for,
     compiling_seconds,
     is_compiled,
     layers_of,
@@ -35,7 +36,8 @@ def waiting(job: Job, metrics: Iterable[str]) -> str:
     The text is "" where nothing is to be compiled.
     """
     if seconds := compiling_seconds(job):
-        return f"compiling {job.model}, once: about {seconds:.0f} s on an idle core"
+        model = compiled_for(job)
+        return f"compiling {model}, once: about {seconds:.0f} s on an idle core"
     if names := _new(job.known, metrics):
         return f"compiling {', '.join(names)}, once: some seconds"
     return ""
@@ -51,6 +53,8 @@ def _new(known: Catalogue, metrics: Iterable[str]) -> list[str]:
 
 PREPARED = set[Hashable]()
 """The kernels that this process has compiled or loaded: models with layers, metrics."""
+IN_PROGRESS: list[str] = []
+"""The compilations of this process that have begun and not ended, in words."""
 
 
 def prepare(job: Job, metrics: tuple[str, ...]) -> None:
@@ -76,8 +80,12 @@ def prepare(job: Job, metrics: tuple[str, ...]) -> None:
     say_compiling(job)
     record = RecordSpec(metrics, heatmaps=can_cover(job), trajectories=True)
     step = replace(one_step(job), record=record)
-    if waiting(job, metrics):
-        _apart(step)
+    if words := waiting(job, metrics):
+        IN_PROGRESS.append(words)
+        try:
+            _apart(step)
+        finally:
+            IN_PROGRESS.remove(words)
     _take_one_step(step)
     PREPARED.add(kernels)
 

@@ -21,8 +21,9 @@ from websockets.sync.client import ClientConnection, connect
 from kernels.models import MODELS
 from sweep.design.jobs import Job
 from sweep.errors import SpecError
+from sweep.trial import compiled_for
 from sweep.trial.state import Taken
-from sweep.web import compiling, playing, rooms
+from sweep.web import compiling, messages, playing, rooms
 from sweep.web.encoding import HEAD
 from sweep.web.live_show import Live
 from sweep.web.outbox import MOST_WAITING, Outbox
@@ -169,7 +170,10 @@ def test_who_waits_for_the_compiler_is_told(
     monkeypatch.setattr(server.rooms, "begin", compiled)
     with Page(server) as page:
         assert page.hear() == "info"
-        assert "takes up to a minute" in page.last["info"]["message"]
+        assert page.last["info"]["message"] == "preparing the run"
+        monkeypatch.setattr(compiling, "IN_PROGRESS", ["compiling nguyen2024"])
+        assert page.hear() == "info"
+        assert page.last["info"]["message"] == "compiling nguyen2024"
         told.set()
         assert page.hear() == "controls"
 
@@ -212,6 +216,52 @@ def test_other_pages_go_on_while_a_model_or_a_metric_is_compiled(
         "nguyen2024 elongation"
     ]
     assert begun[1].startswith("patel2023")
+
+
+def test_what_is_compiled_is_what_the_spec_needs(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Not what the preset of its model needs: layers of robots, goals in turn, polygons
+    and moving obstacles are other kernels.
+    """
+    begun = list[Job]()
+    monkeypatch.setattr(compiling, "_apart", begun.append)
+    monkeypatch.setattr(compiling, "_take_one_step", lambda _: None)
+    monkeypatch.setattr(compiling, "waiting", lambda job, _: compiled_for(job))
+    monkeypatch.setattr(compiling, "PREPARED", set())
+    state = begin("aziel_chen2025", "as_run").with_settings({"n": 5})
+    polygon = {"polygon": {"vertices": [[30.0, 20.0], [36.0, 21.0], [33.0, 27.0]]}}
+    lossy = state.with_settings({"packet_loss": 0.2, "motor_max_speed": 4.0})
+    for shown in (
+        state,
+        state.with_settings({"cohesion_weight": 0.1}),
+        lossy,
+        lossy.place([polygon]).with_settings({"next_goals": "10 10; 20 20"}),
+    ):
+        compiling.prepare(shown.job, ("speed",))
+    assert [compiled_for(job) for job in begun] == [
+        "aziel_chen2025",
+        "aziel_chen2025 with sensing, actuation",
+        "aziel_chen2025 with sensing, actuation, waypoints, polygons",
+    ]
+
+
+def test_messages_that_need_other_kernels_say_so(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    show = Live(begin("aziel_chen2025", "as_run").with_settings({"n": 5}))
+    polygon = {"polygon": {"vertices": [[30.0, 20.0], [36.0, 21.0], [33.0, 27.0]]}}
+    monkeypatch.setattr(compiling, "compiling_seconds", lambda _: 15.0)
+    for message, words in (
+        (messages.Set("packet_loss", 0.2), "aziel_chen2025 with sensing"),
+        (messages.Set("motor_max_speed", 4.0), "aziel_chen2025 with actuation"),
+        (messages.Shapes([polygon]), "aziel_chen2025 with polygons"),
+        (messages.ChooseModel("vicsek1995", "as_run"), "vicsek1995"),
+        (messages.Beside("as_written"), "aziel_chen2025"),
+    ):
+        about = "once: about 15 s on an idle core"
+        assert show.waiting(message) == f"compiling {words}, {about}"
+    assert show.waiting(messages.Select(1)) == ""
 
 
 def test_the_compiler_of_a_page_works_in_a_process_of_its_own(
