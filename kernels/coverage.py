@@ -128,6 +128,29 @@ def unvisited(coverage: Coverage) -> Coverage:
     return coverage._replace(visits=coverage.visits.copy(), sums=coverage.sums.copy())
 
 
+def go_on_covering(coverage: Coverage, earlier: Coverage) -> None:
+    """Take over the visits of an earlier Coverage of a world with equal pixels.
+
+    Obstacles may differ: pixels that are in obstacles before or now have no visits.
+    Nothing is taken over from a world with other pixels.
+
+    Parameters
+    ----------
+    coverage : Coverage
+        Coverage without visits, changed in place.
+    earlier : Coverage
+        Coverage with the visits so far.
+    """
+    if (coverage.rows, coverage.columns, coverage.per_length) != (
+        *(earlier.rows, earlier.columns, earlier.per_length),
+    ):
+        return
+    lasting = (coverage.visits < 0) == (earlier.visits < 0)
+    coverage.visits[lasting] = earlier.visits[lasting]
+    visits = coverage.visits[coverage.visits > 0].astype(np.int64)
+    coverage.sums[:] = visits.size, visits.sum(), (visits * visits).sum()
+
+
 def _stamp(radius: float, columns: int) -> Indices:
     whole = int(radius)
     y, x = np.mgrid[-whole : whole + 1, -whole : whole + 1]

@@ -16,15 +16,25 @@ from kernels.robots.wind import Wind
 from kernels.state import Corners, Flock, World
 from kernels.workspace import Workspace
 
-LAYERS = frozenset({Senses, Motors, Wind, Goals, Motion, Corners})
-"""Optional parts of a run; each combination compiles `advance` to a separate kernel."""
+LAYERS: dict[type, str] = {
+    Senses: "sensing",
+    Motors: "actuation",
+    Wind: "wind",
+    Goals: "waypoints",
+    Motion: "moving obstacles",
+    Corners: "polygons",
+}
+"""Optional parts of a run, and their names for users.
+
+Each combination compiles `advance` to a separate kernel.
+"""
 
 
 def is_compiled(model: Model, layers: Collection[type]) -> bool:
     """Return whether `advance` of a model is compiled for runs with some LAYERS."""
     params = Played if model.events else model.params
     kinds = Flock, World, params, Workspace, Record
-    absent = LAYERS.difference(layers)
+    absent = LAYERS.keys() - set(layers)
     return is_kept(model.advance, set(_named_tuples(kinds, absent)))
 
 

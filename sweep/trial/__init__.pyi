@@ -20,6 +20,7 @@ from .lanes import groups as groups
 from .lanes import in_groups as in_groups
 from .lanes import warm_together as warm_together
 from .lanes import worth_flying_together as worth_flying_together
+from .looking import counts as counts
 from .looking import counts_visits as counts_visits
 from .numba_errors import OTHERS as OTHERS
 from .numba_errors import Place as Place
@@ -53,13 +54,12 @@ from .result import failed as failed
 from .result import overdue as overdue
 from .result import result_bytes as result_bytes
 from .robots import failures_of as failures_of
-from .robots import robot_layers_of as robot_layers_of
-from .robots import with_layers as with_layers
 from .scenery import flock_drawn_now as flock_drawn_now
 from .scenery import obstacles as obstacles
 from .simulation import BOID_STEPS_A_CALL as BOID_STEPS_A_CALL
 from .simulation import Simulation as Simulation
 from .simulation import attempt as attempt
+from .simulation import compiled_for as compiled_for
 from .simulation import compiling_seconds as compiling_seconds
 from .simulation import is_brief as is_brief
 from .simulation import is_compiled as is_compiled
@@ -74,4 +74,5 @@ from .state import Taken as Taken
 from .state import every_so_many as every_so_many
 from .state import joined as joined
 from .world import TrialWorld as TrialWorld
+from .world import pixels_of as pixels_of
 from .world import world_of as world_of

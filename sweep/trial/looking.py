@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from kernels import inspection
 from kernels.coverage import heatmap
 from kernels.inspection import Seen, velocities_after
+from kernels.metrics import Metric
 from kernels.model import Rule, Sight
 from kernels.state import Floats
 from sweep.trial.simulation import Simulation
@@ -79,6 +80,20 @@ def flocks(simulation: Simulation) -> NDArray[np.int64]:
 def counts_visits(simulation: Simulation) -> bool:
     """Return whether visits are counted."""
     return simulation.flight.record.covering
+
+
+def counts(simulation: Simulation, metric: Metric) -> bool:
+    """Return whether a simulation counts the visits and events that a metric needs."""
+    record = simulation.flight.record
+    watch = record.watch
+    switches = (
+        (metric.covers, record.covering),
+        (metric.counts, watch.counting),
+        (metric.pairs, watch.pairing),
+        (metric.integrates, watch.integrating),
+        (metric.follows, watch.following),
+    )
+    return all(on for needed, on in switches if needed)
 
 
 def visits(simulation: Simulation) -> NDArray[np.int32]:

@@ -1,6 +1,5 @@
 """The robots of a trial: non-idealities, failures and keys of random numbers."""
 
-from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +15,6 @@ from kernels.robots.senses import is_ideal as senses_are_ideal
 from kernels.robots.wind import Wind, is_calm
 from kernels.settings import FAILURES, RobotSettings
 from sweep.design import Job, robots_at, stream
-from sweep.spec import Value
 
 
 def robots_of(job: Job) -> RobotSettings:
@@ -54,18 +52,6 @@ def robot_layers_of(job: Job) -> frozenset[type]:
     if not is_calm(robots.medium):
         layers.add(Wind)
     return frozenset(layers)
-
-
-def with_layers(layers: Iterable[type]) -> dict[str, Value]:
-    """Return parameters that give boids of any model some layers."""
-    parameters: dict[type, dict[str, Value]] = {
-        Senses: {"radio_range": 1.0},
-        Motors: {"motor_max_speed": 1.0},
-        Wind: {"wind_x": 1.0},
-    }
-    return {
-        name: value for layer in layers for name, value in parameters[layer].items()
-    }
 
 
 class FailingBoids(NamedTuple):

@@ -29,11 +29,12 @@ from kernels.flight import (
     rebuild_grid,
 )
 from kernels.goals import Goals
+from kernels.layers import LAYERS
 from kernels.layers import is_compiled as is_compiled_for
 from kernels.metrics import Metric
 from kernels.moving import Motion, move_obstacles
 from kernels.neighbours import all_pairs
-from kernels.recording import FIRST_STATE
+from kernels.recording import FIRST_STATE, keep_frame
 from kernels.settings import (
     Observation,
     Schedule,
@@ -194,6 +195,13 @@ class Simulation:
             taken.bodies[np.broadcast_to(absent[:, None], taken.bodies.shape)] = np.nan
         forget_frames(flight)
         return taken
+
+    def retake_frame(self) -> None:
+        """Record a frame of the present step again, after `take_frames`.
+
+        The present state must be finite, and the job must record every step.
+        """
+        keep_frame(self.flight.flock, self.flight.record)
 
     def go_on_from(self, earlier: "Simulation") -> None:
         """Continue from another simulation with an equal number of boids.
@@ -436,6 +444,13 @@ def compiling_seconds(job: Job) -> float:
     return COMPILING_SECONDS
 
 
+def compiled_for(job: Job) -> str:
+    """Return the model of a trial, and the layers for which the model is compiled."""
+    layers = layers_of(job) or frozenset()
+    names = [name for layer, name in LAYERS.items() if layer in layers]
+    return " with ".join(filter(None, (job.model, ", ".join(names))))
+
+
 def layers_of(job: Job) -> frozenset[type] | None:
     """Return which of the LAYERS of kernels.layers a trial has.
 
@@ -497,4 +512,4 @@ def say_compiling(job: Job) -> None:
         return
     if seconds := compiling_seconds(job):
         duration = f"about {seconds:.0f} s on an idle core, once"
-        LOG.warning("compiling %s, %s", job.model, duration)
+        LOG.warning("compiling %s, %s", compiled_for(job), duration)

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kernels.coverage import coverage_shape
 from kernels.moving import given_velocities, place_along, velocities_of
 from kernels.settings import Places, WorldSettings
 from kernels.shapes import Obstacle, Obstacles, Polygon, boxes_of, shapes_of
@@ -132,6 +133,14 @@ def world_of(job: Job) -> TrialWorld:
         },
         paths=_paths(job, drawn),
     )
+
+
+def pixels_of(job: Job) -> tuple[int, int, float]:
+    """Return the rows and columns of the pixels of a world, and the side of a pixel."""
+    width, height, pixel = (
+        float(job.settings[name]) for name in ("width", "height", "pixel")
+    )
+    return *coverage_shape(width, height, pixel), pixel
 
 
 def _paths(job: Job, drawn: Obstacles) -> Paths | None:

@@ -8,23 +8,26 @@ the compiled code from the cache. Code that no cache can hold is compiled here.
 import pickle
 import subprocess
 import sys
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable
 from contextlib import suppress
-from functools import cache
+from dataclasses import replace
 
 from kernels.catalogue import Catalogue
 from sweep.design import Job
 from sweep.errors import CodeError
-from sweep.spec import RecordSpec, Streams, preset_settings
+from sweep.spec import RecordSpec
 from sweep.trial import (
     Simulation,
+    compiled_for,
     compiling_seconds,
     is_compiled,
+    layers_of,
     looking,
     of_own_code,
+    one_step,
     say_compiling,
-    with_layers,
 )
+from sweep.web.running import can_cover
 
 
 def waiting(job: Job, metrics: Iterable[str]) -> str:
@@ -33,7 +36,8 @@ def waiting(job: Job, metrics: Iterable[str]) -> str:
     The text is "" where nothing is to be compiled.
     """
     if seconds := compiling_seconds(job):
-        return f"compiling {job.model}, once: about {seconds:.0f} s on an idle core"
+        model = compiled_for(job)
+        return f"compiling {model}, once: about {seconds:.0f} s on an idle core"
     if names := _new(job.known, metrics):
         return f"compiling {', '.join(names)}, once: some seconds"
     return ""
@@ -47,85 +51,43 @@ def _new(known: Catalogue, metrics: Iterable[str]) -> list[str]:
     ]
 
 
-@cache
-def prepare(
-    model: str,
-    preset: str,
-    known: Catalogue,
-    metrics: tuple[str, ...] = (),
-    layers: frozenset[type] = frozenset(),
-) -> None:
-    """Compile a model and metrics, with everything that a page shows of a run.
+PREPARED = set[Hashable]()
+"""The kernels that this process has compiled or loaded: models with layers, metrics."""
+IN_PROGRESS: list[str] = []
+"""The compilations of this process that have begun and not ended, in words."""
+
+
+def prepare(job: Job, metrics: tuple[str, ...]) -> None:
+    """Compile what a page needs of a trial, with everything that the page shows.
 
     No step and no frame waits for a compiler afterwards.
 
     Parameters
     ----------
-    model : str
-        Name of the model.
-    preset : str
-        Name of its preset.
-    known : Catalogue
-        Models and metrics by name.
-    metrics : tuple of str, optional
+    job : Job
+        The trial.
+    metrics : tuple of str
         Names of the metrics.
-    layers : frozenset of type, optional
-        Layers of the robots.
 
     Raises
     ------
     CodeError
         If custom code cannot be run; the message names the line.
     """
-    job = small(model, preset, known, metrics, layers=layers)
+    kernels = (job.model, job.known, layers_of(job), metrics)
+    if kernels in PREPARED:
+        return
     say_compiling(job)
-    if waiting(job, metrics):
-        _apart(job)
-    _take_one_step(job)
-
-
-def small(
-    model: str,
-    preset: str,
-    known: Catalogue,
-    metrics: tuple[str, ...] = (),
-    layers: frozenset[type] = frozenset(),
-) -> Job:
-    """Return a trial of two boids on the empty map, which belongs to no point.
-
-    A trial of a recording has the individuals of the first event.
-
-    Parameters
-    ----------
-    model : str
-        Name of the model.
-    preset : str
-        Name of its preset.
-    known : Catalogue
-        Models and metrics by name.
-    metrics : tuple of str, optional
-        Names of the recorded metrics.
-    layers : frozenset of type, optional
-        Layers of the robots.
-    """
-    settings = preset_settings(model, preset, known) | {"map": "empty"}
-    if not known.models[model].events:
-        settings |= {"n": 2}
-    settings |= with_layers(layers)
-    return Job(
-        trial_id="",
-        point="",
-        replicate=0,
-        seed=0,
-        literal=False,
-        model=model,
-        preset=preset,
-        settings=settings,
-        record=RecordSpec(metrics),
-        streams=Streams("common", "common", "common"),
-        time_limit=None,
-        known=known,
-    )
+    record = RecordSpec(metrics, heatmaps=can_cover(job), trajectories=True)
+    step = replace(one_step(job), record=record)
+    if words := waiting(job, metrics):
+        IN_PROGRESS.append(words)
+        try:
+            _apart(step)
+        finally:
+            IN_PROGRESS.remove(words)
+    _take_one_step(step)
+    PREPARED.add(kernels)
 
 
 def _take_one_step(job: Job) -> None:

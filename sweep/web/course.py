@@ -5,10 +5,11 @@ again.
 """
 
 from bisect import bisect_right
-from itertools import count
+from itertools import count, pairwise
 from typing import NamedTuple
 
-from sweep.trial import Simulation, State
+from sweep.spec import RecordSpec
+from sweep.trial import Simulation, State, pixels_of
 from sweep.web.running import changed
 from sweep.web.state import ViewState
 from sweep.web.track import quiet, run_to, steps_a_call
@@ -53,10 +54,11 @@ class Course:
     """The parts of a run, whose steps from `first` to `last` can be reached.
 
     A change makes another course with an equal `run` number. A run that begins again
-    has a new number.
+    has a new number. All simulations of a course count events for `record`.
     """
 
-    def __init__(self, state: ViewState) -> None:
+    def __init__(self, state: ViewState, record: RecordSpec) -> None:
+        self.record = record
         self.parts = [Part(0, state, frozenset(), {})]
         self.before: frozenset[str] = frozenset()
         self.first = self.last = self.latest = self.apart = 0
@@ -64,7 +66,7 @@ class Course:
 
     def copied(self) -> "Course":
         """Return an independent course with equal parts."""
-        other = Course(self.parts[0].state)
+        other = Course(self.parts[0].state, self.record)
         other.parts = [
             part._replace(checkpoints=dict(part.checkpoints)) for part in self.parts
         ]
@@ -85,8 +87,7 @@ class Course:
         if step <= self.last:
             return
         self.last = step
-        if step >= self.latest + max(self.apart, steps_a_call(simulation)):
-            self._keep(self.parts[-1], simulation)
+        self._keep_some(self.parts[-1], simulation)
 
     def changed(
         self, simulation: Simulation, state: ViewState, names: frozenset[str]
@@ -123,11 +124,22 @@ class Course:
         ):
             return course, simulation
         course._keep(before, simulation)
-        later = changed(simulation, state.job)
+        later = changed(simulation, state.job, self.record)
         course.parts.append(Part(step, state, names, {}))
         course._keep(course.parts[-1], later)
         course._forget()
         return course, later
+
+    def counting(self, record: RecordSpec) -> "Course":
+        """Return this course with simulations that count events for `record`.
+
+        No kept state has these counts, so the run is repeated from the first step.
+        """
+        course = self.copied()
+        course.record = record
+        course.latest = course.apart = 0
+        course.parts = [part._replace(checkpoints={}) for part in self.parts]
+        return course
 
     def lengthened(self, steps: int) -> "Course":
         """Return this course for a run of `steps` steps.
@@ -160,6 +172,15 @@ class Course:
         """Return the step of the next change after a step."""
         return next((part.begin for part in self.parts if part.begin > step), None)
 
+    @property
+    def restarts(self) -> list[int]:
+        """The steps at which visits restart from 0, because the pixels change."""
+        return [
+            later.begin
+            for before, later in pairwise(self.parts)
+            if pixels_of(before.state.job) != pixels_of(later.state.job)
+        ]
+
     def altered(self, step: int) -> frozenset[str]:
         """Return the names that were changed on the way to a step."""
         until = self.parts[: self._index(step) + 1]
@@ -180,18 +201,30 @@ class Course:
             ),
             default=(0, 0),
         )
-        simulation = quiet(self.parts[start].state.job)
+        simulation = quiet(self.parts[start].state.job, self.record)
         if begin in self.parts[start].checkpoints:
             simulation.restore(self.parts[start].checkpoints[begin])
-        for part in self.parts[start + 1 : index + 1]:
-            run_to(simulation, part.begin)
-            simulation = changed(simulation, part.state.job)
-        run_to(simulation, step)
+        for part, later in pairwise(self.parts[start : index + 1]):
+            self._run_to(part, simulation, later.begin)
+            simulation = changed(simulation, later.state.job, self.record)
+        self._run_to(self.parts[index], simulation, step)
         return simulation
+
+    def _run_to(self, part: Part, simulation: Simulation, step: int) -> None:
+        """Run up to a step of a part, and keep states where none are kept yet."""
+        while simulation.step < step:
+            run_to(simulation, min(step, simulation.step + steps_a_call(simulation)))
+            self._keep_some(part, simulation)
 
     def _index(self, step: int) -> int:
         begins = [part.begin for part in self.parts]
         return max(0, bisect_right(begins, step) - 1)
+
+    def _keep_some(self, part: Part, simulation: Simulation) -> None:
+        """Keep the state of a simulation if the last kept one is some steps away."""
+        apart = max(self.apart, steps_a_call(simulation))
+        if simulation.step >= self.latest + apart:
+            self._keep(part, simulation)
 
     def _keep(self, part: Part, simulation: Simulation) -> None:
         state = simulation.state().copied()

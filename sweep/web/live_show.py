@@ -14,7 +14,7 @@ from sweep.spec import Value, in_a_line, needed, places_of
 from sweep.text import numbered
 from sweep.trial import looking
 from sweep.web import encoding, messages
-from sweep.web.compiling import small, waiting
+from sweep.web.compiling import waiting
 from sweep.web.controls import controls, trial_of, trials_of
 from sweep.web.filing import Make, Order, filed, origin_of, unavailable
 from sweep.web.history import Cursor
@@ -70,18 +70,42 @@ class Live(Session):
         ]
 
     def waiting(self, message: Message) -> str:
-        """Return a text on the compilation before an answer; "" for no compilation."""
+        """Return a text on the work before an answer; "" for an answer at once.
+
+        The work is a compilation, or another run of the same steps.
+        """
+        with suppress(SpecError):
+            state = self._state_after(message)
+            metrics = self._record(state).metrics
+            if state is not self.state and (words := waiting(state.job, metrics)):
+                return words
+            overlays = self.overlays
+            if isinstance(message, messages.Overlays):
+                overlays = message.names
+            counting = isinstance(message, messages.Overlays | messages.Metrics)
+            if counting and self.step > 0 and self.uncounted(state, overlays):
+                return f"running {self.step:,} steps again, to count from the start"
+        return ""
+
+    def _state_after(self, message: Message) -> ViewState:
+        """Return the state that a message leads to. Raises SpecError if rejected."""
         state = self.state
         match message:
             case messages.ChooseModel(model, preset):
-                if preset in getattr(state.known.models.get(model), "presets", ()):
-                    return waiting(small(model, preset, state.known), ())
+                return state.chosen(model, preset)
+            case messages.Beside(preset) if preset:
+                return state.chosen(state.model, preset)
             case messages.Metrics(names):
-                return waiting(state.job, (*names, *needed(state.derive)))
+                return state.follow(names)
             case messages.Set(name, value):
-                with suppress(SpecError):
-                    return waiting(state.with_settings({name: value}).job, ())
-        return ""
+                return state.with_settings({name: value})
+            case messages.Shapes(shapes):
+                return state.place(shapes)
+            case messages.ShowTrial(point, replicate):
+                return state.at(point, replicate)
+            case messages.ShowValue(name, value):
+                return state.having(name, value)
+        return state
 
     def handle(self, message: Message) -> list[Reply]:
         """Handle a message of the page, and return the answer.
@@ -214,12 +238,28 @@ class Live(Session):
         replies: list[Reply] = []
         if cursor.entered != self.entered:
             replies += [self.scene(), self.status()]
+        self.measure()
         metrics, cursor = self.history.since(cursor._replace(entered=self.entered))
-        replies += [metrics] if metrics else []
+        replies += [metrics | {"restarts": self._restarts}] if metrics else []
         replies.append(self.selection())
         if "accelerations" in self.overlays:
             replies.append({"type": "rules", "names": looking.rules(self.simulation)})
         return replies, cursor
+
+    @property
+    def _restarts(self) -> dict[str, list[int]]:
+        """The steps at which plotted metrics of visits restart from 0."""
+        state = self.state
+        derived = {metric.name: needed((metric,)) for metric in state.derive}
+        return {
+            name: self.restarts
+            for name in state.plots
+            if any(
+                state.known.metrics[source].covers
+                for source in derived.get(name, (name,))
+                if source in state.known.metrics
+            )
+        }
 
     def picture(self) -> bytes:
         """Return the frame, with the chosen overlays."""
@@ -229,8 +269,10 @@ class Live(Session):
             sections.append(encoding.flocks(looking.flocks(simulation)))
         if "accelerations" in self.overlays:
             sections.append(encoding.accelerations(looking.accelerations(simulation)))
-        if "coverage" in self.overlays and (
-            not self.going or time.monotonic() - self.covered > COVERAGE_PERIOD
+        if (
+            "coverage" in self.overlays
+            and looking.counts_visits(simulation)
+            and (not self.going or time.monotonic() - self.covered > COVERAGE_PERIOD)
         ):
             self.covered = time.monotonic()
             shares = visited_shares(looking.visits(simulation))

@@ -45,6 +45,14 @@ The rounds answer messages and send the frame.
 """
 SHORTEST_WAIT = 1 / 120
 LONGEST_WAIT = 0.1
+DRAWING_SHARE = 0.2
+"""Largest share of the time for frames while a run is as fast as possible.
+
+The rest is for steps. The metrics of a frame are measured when the frame is sent, and
+may take longer than many steps.
+"""
+FRAME_SECONDS = 1 / 30
+"""Shortest time between two frames while a run is as fast as possible."""
 LONGEST_DEBT = 0.25
 """Largest delay, in seconds, that late steps make up for.
 
@@ -127,6 +135,7 @@ class Player:
         self.stopped = Event()
         self.cursor = Cursor()
         self.told: dict[tuple[str, int], Reply] = {}
+        self.next_frame = 0.0
         self.task: asyncio.Task[None] | None = None
         self.left = time.monotonic()
 
@@ -316,20 +325,23 @@ class Player:
     async def _paint(self, outbox: Outbox) -> None:
         """Send each new frame with the news, when the page is ready.
 
-        Only the latest frame is sent.
+        Only the latest frame is sent. Each step of a fast run asks again for a frame.
         """
         painted: tuple[Show, int] | None = None
         while True:
             await self.ready.wait()
             await self.changed.wait()
             self.changed.clear()
-            if painted == (self.show, self.show.version):
+            hurries = self.show.running and self.show.speed == 0
+            early = hurries and time.monotonic() < self.next_frame
+            if early or painted == (self.show, self.show.version):
                 continue
             self.ready.clear()
             painted = await self.in_turn(partial(self._send_frame, outbox))
 
     def _send_frame(self, outbox: Outbox) -> tuple[Show, int]:
         """Send the news and the frame, and return the show and its version."""
+        began = time.monotonic()
         painted = self.show, self.show.version
         replies, self.cursor = self.show.news(self.cursor)
         for reply in replies:
@@ -338,6 +350,8 @@ class Player:
                 self.told[kind] = reply
                 outbox.put(reply)
         outbox.put(self.show.picture())
+        took = time.monotonic() - began
+        self.next_frame = began + max(FRAME_SECONDS, took / DRAWING_SHARE)
         return painted
 
 

@@ -69,8 +69,10 @@ To the page:
   * paths is null, or {velocities, dt, wraps} for moving obstacles
   * goal is [x, y, radius], next_goals are [x, y] each
   * kinds are [name, number of boids], in the order of boids
-- `metrics steps values reset`: the values since the last metrics message, thinned where
-  there are many. With reset: true the page forgets the earlier values; null is NaN
+- `metrics steps values restarts reset`: the values since the last metrics message, of
+  the steps that were measured. The steps may be earlier than known steps. With reset:
+  true the page forgets the earlier values; null is NaN, or a metric not measured.
+  restarts has, for each metric of visits, the steps at which the visits restart from 0
 - `selection boid x y range fov heading neighbours`: heading in radians from +x towards
   +y, null where the boid sees all round; boid is null without a selected boid
 - `rules names`: the rules of the accelerations in the frames that follow

@@ -106,10 +106,11 @@ class Replay(Live):
         self.exact = True
         self.note = ""
         self.diverged = False
-        self.simulation = quiet(self.track.job)
+        self.simulation = quiet(self.track.job, self.track.job.record)
         self._number = next(RUNS)
         self._plot(state)
         self.seek(0)
+        self._count()
 
     @property
     def number(self) -> int:
@@ -123,6 +124,25 @@ class Replay(Live):
     def past(self) -> tuple[int, int]:
         """The first and the last step."""
         return 0, self.track.last
+
+    @property
+    def restarts(self) -> list[int]:
+        """The steps at which visits restart from 0: none of a stored trial."""
+        return []
+
+    def measure(self) -> None:
+        """Tell the values of the present step, all of which are known."""
+        here = slice(self.step, self.step + 1)
+        values = {name: column[here] for name, column in self.track.values.items()}
+        self.history.add(self.track.steps[here], values)
+
+    def _count(self) -> None:
+        """Repeat the run if the picture of visits is shown and none were counted."""
+        if self.uncounted(self.state, self.overlays):
+            known = tuple(self.track.values)
+            self.track = survey(self.job, known, silent, visits=True)
+            self.simulation = quiet(self.track.job, self.track.job.record)
+            self.seek(self.step)
 
     def _plot(self, state: ViewState) -> None:
         """Plot the whole run at once, because all values are known."""

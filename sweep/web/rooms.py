@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from sweep.errors import SpecError, UserError
+from sweep.web import compiling
 from sweep.web.launching import Launcher, state_of
 from sweep.web.messages import Hello
 from sweep.web.outbox import Line
@@ -21,6 +22,7 @@ KEPT_SECONDS = 600
 """Seconds for which a session waits for the return of the page."""
 PATIENCE = 1.0
 """Seconds after which a page gets the reason for a wait."""
+PREPARING = "preparing the run"
 TAKEN = 4001
 """The code that closes a socket for good after another window took over the session."""
 REFUSED = 4002
@@ -96,16 +98,10 @@ class Rooms:
         page = hello.page
         if page not in self.players:
             self._make_room()
-            begin = partial(self._begin, hello)
-            making = asyncio.create_task(asyncio.to_thread(begin))
-            if not (await asyncio.wait({making}, timeout=PATIENCE))[0]:
-                words = "compiling; the first compilation takes up to a minute"
-                with suppress(ConnectionError):  # who leaves meanwhile may come back
-                    await line.tell({"type": "info", "message": words})
-            show = await making
+            show = await _patiently(line, partial(self._begin, hello))
             if hello.yaml or hello.kept_trial:
                 try:
-                    show = await asyncio.to_thread(_restored, show, hello)
+                    show = await _patiently(line, partial(_restored, show, hello))
                 except UserError as error:
                     words = f"the run that this page has kept cannot be shown: {error}"
                     await line.tell({"type": "error", "message": words})
@@ -155,6 +151,19 @@ class Rooms:
                 del self.players[page]
         if len(self.players) >= MOST_SESSIONS:
             raise SpecError(f"{MOST_SESSIONS} pages are open already; close a page")
+
+
+async def _patiently(line: Line, begin: Callable[[], Show]) -> Show:
+    """Return the show that `begin` makes in a thread, and tell the page of the wait."""
+    making = asyncio.create_task(asyncio.to_thread(begin))
+    reason = ""
+    while not (await asyncio.wait({making}, timeout=PATIENCE))[0]:
+        words = next(iter(compiling.IN_PROGRESS), PREPARING)
+        if words != reason:
+            reason = words
+            with suppress(ConnectionError):  # who leaves meanwhile may come back
+                await line.tell({"type": "info", "message": words})
+    return await making
 
 
 def _restored(show: Show, hello: Hello) -> Show:

@@ -13,7 +13,7 @@ from sweep.design import Job
 from sweep.trial import Simulation, looking
 from sweep.web.encoding import Floats
 from sweep.web.protocol import plain
-from sweep.web.running import simulation_of
+from sweep.web.running import recorded, simulation_of
 
 
 def senses_of(job: Job, bodies: Floats) -> dict[str, Any]:
@@ -36,7 +36,7 @@ def senses_of(job: Job, bodies: Floats) -> dict[str, Any]:
         round; "" if no boid rests. With ``measured`` boids know measured and received
         states, which no frame has. ``pixels`` is None where no visits are counted.
     """
-    simulation = simulation_of(job)
+    simulation = simulation_of(job, recorded(job, (), visits=True))
     sight = looking.sight(simulation)
     return {
         "range": plain(sight.range),
@@ -57,7 +57,7 @@ def faced(job: Job, bodies: Floats) -> Floats:
     before the rest; a boid that rests from the start looks along +x. `bodies` and the
     returned array have shape (F, 4, N).
     """
-    if not looking.faces_heading(simulation_of(job)):
+    if not looking.faces_heading(simulation_of(job, recorded(job, ()))):
         return bodies
     shown = bodies.copy()
     ahead = np.zeros_like(bodies[0, 2:])

@@ -13,17 +13,22 @@ from numpy.typing import NDArray
 
 from kernels.settings import StartSettings
 from sweep.errors import SpecError
-from sweep.spec import Value
+from sweep.spec import RecordSpec, Value
 from sweep.text import unknown
-from sweep.trial import Taken, counts_visits, measured, robot_layers_of
+from sweep.trial import Taken, counts_visits, measured
 from sweep.web.compiling import prepare
 from sweep.web.course import Course, Part
 from sweep.web.edits import EditStack, Moment, differing
 from sweep.web.history import History
-from sweep.web.opened import OpenedSpec
 from sweep.web.protocol import OVERLAYS
-from sweep.web.running import changed, recorded, simulation_of
-from sweep.web.state import COMMON, Range, Shape, ViewState, begin
+from sweep.web.running import (
+    can_cover,
+    changed,
+    counts_for,
+    recorded,
+    simulation_of,
+)
+from sweep.web.state import COMMON, Range, Shape, ViewState
 
 START = {"n", "map", "seed", *StartSettings._fields}
 """The parameters that a run needs at the start.
@@ -32,6 +37,8 @@ If such a parameter changes, the run begins again.
 """
 SPEED = 60.0
 FASTEST = 1e6
+BODIES = RecordSpec((), trajectories=True)
+"""A record of the bodies alone."""
 
 
 class Session:
@@ -68,9 +75,10 @@ class Session:
 
     def _begin(self, state: ViewState) -> None:
         """Show the first step of a state. The run does not start yet."""
-        self._prepare(state)
-        self.simulation = simulation_of(state.job)
-        self.course = Course(state)
+        record = self._record(state)
+        prepare(state.job, record.metrics)
+        self.simulation = simulation_of(state.job, record)
+        self.course = Course(state, record)
         self.running = False
         self.aim = 0
         self.exact = True
@@ -82,28 +90,42 @@ class Session:
         if self.selected is not None and self.selected >= self.n:
             self.selected = None
 
-    def _prepare(self, state: ViewState) -> None:
-        """Compile the metrics that the plots of a state need.
-
-        No step waits for a compilation afterwards.
-        """
-        metrics = recorded(state.job, state.plots).metrics
-        layers = robot_layers_of(state.job)
-        prepare(state.model, state.preset, state.known, metrics, layers=layers)
+    def _record(self, state: ViewState) -> RecordSpec:
+        """Return what the plots and overlays need of each frame of a state."""
+        visits = "coverage" in self.overlays
+        return recorded(state.job, state.plots, visits=visits)
 
     def _show(self, state: ViewState) -> None:
         self.state = state
 
-    def _take(self) -> Taken:
-        job = self.state.job
-        record = replace(recorded(job, self.state.plots), trajectories=True)
-        taken = self.simulation.take_frames(record)
+    def _take(self, *, measuring: bool = True) -> Taken:
+        """Take the frames, and measure each frame on request.
+
+        A frame at a change of the course is measured in the world after the change.
+        """
+        record = self._record(self.state)
+        taken = self.simulation.take_frames(record if measuring else BODIES)
         if len(taken.steps):
             self.bodies: NDArray[np.float64] = taken.bodies[-1]
-            values = measured(record, taken, job.settings)
-            self.history.add(taken.steps, values)
+        if measuring:
+            change = self.course.part(self.step).begin == self.step > 0
+            self._add(record, taken, len(taken.steps) - int(change))
         self.version += 1
         return taken
+
+    def _add(self, record: RecordSpec, taken: Taken, frames: int) -> None:
+        """Add the values of the first `frames` frames to the history."""
+        values = measured(record, taken, self.state.job.settings)
+        early = {name: column[:frames] for name, column in values.items()}
+        self.history.add(taken.steps[:frames], early)
+
+    def measure(self) -> None:
+        """Measure the present step, unless its values are known already."""
+        if self.diverged or self.history.knows(self.step):
+            return
+        record = self._record(self.state)
+        self.simulation.retake_frame()
+        self._add(record, self.simulation.take_frames(record), 1)
 
     @property
     def number(self) -> int:
@@ -131,7 +153,11 @@ class Session:
         The method takes fewer steps if there is no room for so many frames, and stops
         at an earlier change of the course. The run pauses after the last requested
         step, at the end of the run, and at a divergence.
+
+        A run as fast as possible measures no frames; pages call `measure` for the steps
+        that they show.
         """
+        measuring = not (self.running and self.speed == 0)
         most = self.simulation.steps_left if self.running else self.aim - self.step
         if change := self.course.next_change(self.step):
             most = min(most, change - self.step)
@@ -143,16 +169,18 @@ class Session:
             )
         if self.diverged or self.simulation.steps_left <= 0:
             self.pause()
-        taken = self._take()
+        taken = self._take(measuring=measuring)
         if self.diverged:
             self.course.last = max([self.course.last, *taken.steps.tolist()])
         else:
             self.course.reached(self.simulation)
         if self.step == change:
             self.simulation = changed(
-                self.simulation, self.course.part(change).state.job
+                self.simulation, self.course.part(change).state.job, self.course.record
             )
             self._enter(self.course.part(change))
+            if measuring:
+                self.measure()
         return taken
 
     def _enter(self, part: Part) -> None:
@@ -177,6 +205,17 @@ class Session:
             if altered
             else ""
         )
+        restarts = [step for step in self.restarts if step <= self.step]
+        if restarts and counts_visits(self.simulation):
+            self.note += (
+                f"; visits count from step {restarts[-1]:,} on, because the pixels"
+                " changed"
+            )
+
+    @property
+    def restarts(self) -> list[int]:
+        """The steps at which visits restart from 0, because the pixels change."""
+        return self.course.restarts
 
     @property
     def past(self) -> tuple[int, int]:
@@ -241,6 +280,7 @@ class Session:
         self._show(moment.state)
         self.seek(moment.step)
         self.running = running
+        self._count()
         if self.selected is not None and self.selected >= self.n:
             self.selected = None
 
@@ -313,11 +353,7 @@ class Session:
         preset : str
             Name of a preset of the model.
         """
-        state = self.state
-        other = begin(model, preset, state.seed, state.known)
-        if model == state.model and preset != state.preset:
-            other = state.on_preset(other)
-        self._begin(other)
+        self._begin(self.state.chosen(model, preset))
 
     def show_trial(self, point: int, replicate: int) -> None:
         """Show another trial of the opened spec, from the start.
@@ -329,7 +365,7 @@ class Session:
         replicate : int
             Number of the replicate, from 0.
         """
-        self._again(self.state.moved(self._opened.at(point, replicate)))
+        self._again(self.state.at(point, replicate))
 
     def show_value(self, name: str, value: Value) -> None:
         """Show the point of the opened spec at which a parameter has this value.
@@ -341,13 +377,7 @@ class Session:
         value : int, float, str or bool
             Value of the parameter.
         """
-        self._again(self.state.moved(self._opened.having(name, value)))
-
-    @property
-    def _opened(self) -> OpenedSpec:
-        if self.state.opened is None:
-            raise SpecError("no spec is open; the page shows a single trial")
-        return self.state.opened
+        self._again(self.state.having(name, value))
 
     def change(self, changes: Mapping[str, object]) -> None:
         """Change parameters, or the seed."""
@@ -363,6 +393,7 @@ class Session:
         The run begins again if a name can change only at the start; otherwise the run
         continues from here.
         """
+        prepare(state.job, self._record(state).metrics)
         if (
             self.step == 0
             or self.diverged
@@ -373,32 +404,59 @@ class Session:
             return
         if names == {"steps"} and state.streams == COMMON:
             self.course = self.course.lengthened(int(state.settings["steps"]))
-            self.simulation = changed(self.simulation, state.job)
+            self.simulation = changed(self.simulation, state.job, self.course.record)
         else:
             self.course, self.simulation = self.course.changed(
                 self.simulation, state, frozenset(names)
             )
-        self.history.cut(self.course.last)
+        if self.course.part(self.step).begin == self.step:
+            self.history.cut(self.step - 1)
+        else:
+            self.history.cut(self.course.last)
         self._show(state)
         self._judge()
+        self.measure()
         self.version += 1
 
     def follow(self, metrics: tuple[str, ...]) -> None:
         """Plot metrics; a new metric is plotted from this step on.
 
-        The run begins again if a metric needs visits that were not counted.
+        If a metric needs events that were not counted, the same steps run again.
         """
         state = self.state.follow(metrics)
-        uncounted = any(
-            state.known.metrics[name].covers
-            for name in recorded(state.job, metrics).metrics
-        ) and not counts_visits(self.simulation)
-        if self.step == 0 or uncounted:
-            self._again(state)
-        else:
-            self._prepare(state)
-            self._show(state)
-            self.history.follow(metrics)
+        prepare(state.job, self._record(state).metrics)
+        self._show(state)
+        self.history.follow(metrics)
+        self._count()
+        self.measure()
+
+    def uncounted(self, state: ViewState, overlays: tuple[str, ...]) -> bool:
+        """Return whether the run has not counted the events for plots and overlays.
+
+        Parameters
+        ----------
+        state : ViewState
+            State with the plots.
+        overlays : tuple of str
+            Names of the overlays.
+        """
+        record = recorded(state.job, state.plots, visits="coverage" in overlays)
+        return not counts_for(self.simulation, record)
+
+    def _count(self) -> None:
+        """Count events from the first step on, if plots and overlays need more events.
+
+        The same steps run again. A run that has forgotten its first steps begins again.
+        """
+        if not self.uncounted(self.state, self.overlays):
+            return
+        if self.course.first > 0:
+            self._again(self.state)
+            return
+        running = self.running
+        self.course = self.course.counting(self._record(self.state))
+        self.seek(self.step)
+        self.running = running
 
     def sweep(self, name: str, range_: Range | None) -> None:
         """Let the copied spec sweep a parameter over a range.
@@ -417,7 +475,9 @@ class Session:
         for name in overlays:
             if name not in OVERLAYS:
                 raise SpecError(unknown("overlay", name, OVERLAYS))
-        if "coverage" in overlays and not counts_visits(self.simulation):
+        if "coverage" in overlays and not (
+            counts_visits(self.simulation) or can_cover(self.state.job)
+        ):
             moving = self.simulation.flight.work.motion is not None
             raise SpecError(
                 "visits are not counted in a world with moving obstacles, because the"
@@ -427,6 +487,7 @@ class Session:
                 " plot coverage first, or change pixel"
             )
         self.overlays = overlays
+        self._count()
         self.version += 1
 
     def select(self, boid: int | None) -> None:

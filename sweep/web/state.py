@@ -262,6 +262,52 @@ class ViewState:
             expand(_study(self))
         return self
 
+    def chosen(self, model: str, preset: str) -> "ViewState":
+        """Return the state of another model or preset, with the present seed.
+
+        Another preset of the present model keeps the changes and the plots.
+
+        Parameters
+        ----------
+        model : str
+            Name of the model.
+        preset : str
+            Name of a preset of the model.
+        """
+        other = begin(model, preset, self.seed, self.known)
+        changed = model == self.model and preset != self.preset
+        return self.on_preset(other) if changed else other
+
+    def at(self, point: int, replicate: int) -> "ViewState":
+        """Return the state at another trial of the opened spec. Changes stay.
+
+        Parameters
+        ----------
+        point : int
+            Index of the point.
+        replicate : int
+            Number of the replicate, from 0.
+        """
+        return self.moved(self._known_spec.at(point, replicate))
+
+    def having(self, name: str, value: Value) -> "ViewState":
+        """Return the state at the point of the opened spec with this value.
+
+        Parameters
+        ----------
+        name : str
+            Parameter that varies.
+        value : int, float, str or bool
+            Value of the parameter.
+        """
+        return self.moved(self._known_spec.having(name, value))
+
+    @property
+    def _known_spec(self) -> OpenedSpec:
+        if self.opened is None:
+            raise SpecError("no spec is open; the page shows a single trial")
+        return self.opened
+
     def on_preset(self, other: "ViewState") -> "ViewState":
         """Return the state of another preset with the changes of this state.
 

@@ -15,10 +15,10 @@ from sweep.spec import RecordSpec
 from sweep.trial import Simulation, State, joined, measured
 from sweep.web.running import recorded, simulation_of
 
-BOID_STEPS_APART = 20_000
+BOID_STEPS_APART = 60_000
 """Boids times steps between two kept states.
 
-These steps take some milliseconds, so that a page can go to any step without a visible
+These steps take about 20 ms, so that a page can go to any step without a visible
 wait.
 """
 MOST_BYTES = 256 * 2**20
@@ -58,7 +58,9 @@ class Track(NamedTuple):
         return int(self.steps[-1])
 
 
-def survey(job: Job, metrics: tuple[str, ...], report: Report) -> Track:
+def survey(
+    job: Job, metrics: tuple[str, ...], report: Report, *, visits: bool = False
+) -> Track:
     """Run a trial from start to end, and keep the metrics and some states.
 
     An exception of the run is raised unchanged.
@@ -71,16 +73,19 @@ def survey(job: Job, metrics: tuple[str, ...], report: Report) -> Track:
         Names of the metrics.
     report : callable
         Called with the number of steps done and the number of all steps.
+    visits : bool, default False
+        Whether visits are counted even if no metric needs visits.
     """
-    job = replace(job, record=recorded(job, metrics))
-    simulation = simulation_of(job)
-    taken = [simulation.take_frames(job.record)]
+    job = replace(job, record=recorded(job, metrics, visits=visits))
+    simulation = simulation_of(job, job.record)
+    measured_only = replace(job.record, trajectories=False)
+    taken = [simulation.take_frames(measured_only)]
     states: dict[int, State] = {}
     apart = _steps_apart(simulation)
     going = True
     while going and simulation.steps_left > 0:
         going = simulation.advance(steps_a_call(simulation))
-        taken.append(simulation.take_frames(job.record))
+        taken.append(simulation.take_frames(measured_only))
         report(simulation.step, simulation.schedule.steps)
         if (
             going
@@ -124,7 +129,7 @@ def go_to(track: Track, simulation: Simulation, step: int) -> Simulation:
         if before:
             simulation.restore(track.states[before])
         else:
-            simulation = quiet(track.job)
+            simulation = quiet(track.job, track.job.record)
     run_to(simulation, step)
     return simulation
 
@@ -136,8 +141,8 @@ def run_to(simulation: Simulation, step: int) -> None:
         simulation.take_frames(NOTHING)
 
 
-def quiet(job: Job) -> Simulation:
-    """Return a simulation that counts visits for the metrics, and holds no frames."""
-    simulation = simulation_of(job)
+def quiet(job: Job, record: RecordSpec) -> Simulation:
+    """Return a simulation that counts events for `record`, and holds no frames."""
+    simulation = simulation_of(job, record)
     simulation.take_frames(NOTHING)
     return simulation

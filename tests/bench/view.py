@@ -6,11 +6,14 @@ import json
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from statistics import median
+from typing import NamedTuple
 from urllib.parse import urlsplit
 
 from websockets.sync.client import connect
 
+from sweep.spec import RecordSpec
 from sweep.trial.simulation import Simulation
 from sweep.web.encoding import HEAD
 from sweep.web.live_show import Live
@@ -49,14 +52,31 @@ def milliseconds(work: Callable[[], object], rounds: int) -> float:
     return median(times)
 
 
-def served(n: int, overlays: tuple[str, ...], seconds: float) -> tuple[float, float]:
-    """Frames and steps a second at full speed, for a page that asks for the next frame
-    as soon as it has one.
+def vicsek(n: int) -> ViewState:
+    """N boids of vicsek1995 at the density of its preset, with its three plots."""
+    size = round(5 * (n / 100) ** 0.5, 2)
+    return begin("vicsek1995", "as_run").with_settings(
+        {"n": n, "steps": 10**6, "width": size, "height": size}
+    )
+
+
+class Served(NamedTuple):
+    """What a page got: frames, steps, seconds, and seconds of processor time."""
+
+    frames: int
+    steps: int
+    seconds: float
+    work: float
+
+
+def served(shown: ViewState, overlays: tuple[str, ...], seconds: float) -> Served:
+    """A run at full speed, for a page that asks for the next frame as soon as it has
+    one.
     """
-    server = PageServer(lambda: Live(state(n)))
+    server = PageServer(lambda: Live(shown))
     thread = threading.Thread(target=server.run)
     thread.start()
-    address, frames, steps = urlsplit(server.url), 0, 0
+    address, frames, steps, first = urlsplit(server.url), 0, 0, 0
     with connect(
         f"ws://{address.netloc}{address.path}socket", origin=f"http://{address.netloc}"
     ) as socket:  # type: ignore[arg-type]
@@ -67,16 +87,49 @@ def served(n: int, overlays: tuple[str, ...], seconds: float) -> tuple[float, fl
         asked += [{"type": "overlays", "names": overlays}, {"type": "run"}]
         for message in asked:
             socket.send(json.dumps(message))
-        began = 0.0
-        while not began or time.perf_counter() - began < seconds:
+        began = worked = 0.0
+        while steps == first or time.perf_counter() - began < seconds:
             content = socket.recv()
             if isinstance(content, bytes):
-                began = began or time.perf_counter()
-                frames, steps = frames + 1, int(HEAD.unpack_from(content)[2])
+                steps = int(HEAD.unpack_from(content)[2])
+                if not began:
+                    began, worked = time.perf_counter(), time.process_time()
+                    first = steps
+                frames += 1
                 socket.send('{"type": "ready"}')
+        passed, work = time.perf_counter() - began, time.process_time() - worked
     server.stop()
     thread.join()
-    return frames / seconds, steps / seconds
+    return Served(frames, steps - first, passed, work)
+
+
+def trial(shown: ViewState, every: int, steps: int) -> float:
+    """Processor time of the steps of a trial that measures its plots so often."""
+    record = RecordSpec(shown.plots, every=every)
+    simulation = Simulation(replace(shown.job, record=record))
+    began = time.process_time()
+    while simulation.step < steps:
+        simulation.advance(min(every, steps - simulation.step))
+        simulation.take_frames()
+    return time.process_time() - began
+
+
+def watched(n: int, plots: int, rounds: int, seconds: float) -> str:
+    """Processor time of watching at full speed, against the same steps of a trial that
+    measures as many frames.
+    """
+    shown = vicsek(n)
+    shown = shown.follow(shown.plots[:plots])
+    ratios, steps, frames = [], 0.0, 0.0
+    for _ in range(rounds):
+        page = served(shown, (), seconds)
+        every = max(1, round(page.steps / page.frames))
+        ratios.append(page.work / trial(shown, every, page.steps))
+        steps, frames = page.steps / page.seconds, page.frames / page.seconds
+    return (
+        f"{plots} plots at full speed: {median(ratios):.2f} times the processor time of"
+        f" a trial; {steps:.0f} steps and {frames:.0f} frames a second"
+    )
 
 
 def cost(n: int, rounds: int) -> str:
@@ -107,9 +160,14 @@ def view(scale: Scale = FULL) -> None:
     """Per step and per frame, and over a socket."""
     for n in map(scale.boids, (100, 1000, 10_000)):
         print(f"view, N={n:<6,} {cost(n, scale.of(ROUNDS))}")
+    for plots in (1, 3):
+        n = scale.boids(5000)
+        words = watched(n, plots, scale.of(ROUNDS), scale.share * SECONDS)
+        print(f"view, N={n:<6,} {words}")
     for usual, overlays in ((1000, ()), (10_000, ()), (1000, OVERLAYS)):
         n = scale.boids(usual)
-        frames, steps = served(n, overlays, scale.share * SECONDS)
+        page = served(state(n), overlays, scale.share * SECONDS)
+        frames, steps = page.frames / page.seconds, page.steps / page.seconds
         words = " with all overlays" if overlays else ""
         print(
             f"view, N={n:<6,} over a socket{words}: {frames:.0f} frames and {steps:.0f}"

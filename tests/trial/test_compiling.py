@@ -7,7 +7,6 @@ import pytest
 from numba import typeof
 
 from kernels.caching import NOT_KEPT, _classes, is_kept
-from kernels.catalogue import BUILT_IN
 from kernels.layers import LAYERS, _named_tuples
 from kernels.models import MODELS
 from kernels.moving import Motion
@@ -24,7 +23,8 @@ from sweep.design.jobs import Job, Jobs
 from sweep.trial import simulation
 from sweep.trial.compiled import NOTHING_IS_KEPT
 from sweep.trial.simulation import Simulation, compiling_seconds, layers_of, warm
-from sweep.web.compiling import prepare
+from sweep.web import compiling as web_compiling
+from sweep.web.state import begin
 from sweep.workers import worker
 from sweep.workers.fingerprint import fingerprint
 from tests.commands import python
@@ -101,7 +101,8 @@ def test_it_is_said_too_where_an_own_model_is_tried_and_where_one_is_shown(
     plan_of(read(OWN_SMALL), 2)
     assert {one.split(",")[0] for one in caplog.messages} == {"compiling drawn"}
     caplog.clear()
-    prepare.__wrapped__("nguyen2024", "as_run", BUILT_IN)
+    monkeypatch.setattr(web_compiling, "PREPARED", set())
+    web_compiling.prepare(begin("nguyen2024", "as_run").job, ())
     assert [one.split(",")[0] for one in caplog.messages] == ["compiling nguyen2024"]
 
 
@@ -159,7 +160,7 @@ def classes_of(job: Job) -> set[type]:
     given = flight.flock, flight.world, flight.params, flight.work, flight.record
     classes = set(_classes(map(typeof, given)))
     named = Flock, World, model.params, Workspace, Record
-    absent = LAYERS - (layers_of(job) or set())
+    absent = LAYERS.keys() - (layers_of(job) or set())
     assert set(_named_tuples(named, absent)) == classes
     return classes
 

@@ -48,7 +48,8 @@ def go(show: Live, steps: int) -> None:
 def shown(show: Live) -> list[Any]:
     """All that a page sees of a run but for what can be undone."""
     said = show.status() | {"undo": "", "redo": ""}
-    return [said, show.scene(), show.bodies.tolist(), show.history.steps]
+    steps = [row.step for row in show.history.rows]
+    return [said, show.scene(), show.bodies.tolist(), steps]
 
 
 @pytest.mark.parametrize(("message", "words"), EDITS, ids=lambda one: str(one)[:20])

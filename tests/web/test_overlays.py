@@ -4,7 +4,6 @@ import json
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,10 +15,10 @@ from kernels.models import MODELS
 from sweep.spec.settings import preset_settings, settings_of
 from sweep.trial import looking
 from sweep.trial.simulation import Simulation
-from sweep.web import encoding, overlays, running
+from sweep.web import encoding, overlays
 from sweep.web.claimed import published
 from sweep.web.controls import EXPERIMENTS, controls
-from sweep.web.running import simulation_of
+from sweep.web.running import recorded, simulation_of
 from sweep.web.state import begin
 from tests import ROOT, builders, oscillators
 from tests.cases import slow_but
@@ -35,9 +34,8 @@ def flown(
     model: str, preset: str = "as_run", steps: int = 5, **changes: object
 ) -> Simulation:
     """A simulation after a few steps."""
-    simulation = simulation_of(
-        begin(model, preset).with_settings({"n": 60} | changes).job
-    )
+    job = begin(model, preset).with_settings({"n": 60} | changes).job
+    simulation = simulation_of(job, recorded(job, (), visits=True))
     while simulation.step < steps:
         simulation.advance(steps - simulation.step)
         simulation.take_frames()
@@ -309,21 +307,15 @@ def test_maps_and_metrics_that_do_not_go_with_a_model_are_not_offered() -> None:
     assert "potential" not in {entry["name"] for entry in message["metrics"]}
 
 
-def test_metrics_of_state_and_kinds_are_for_models_that_have_them(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Also one that counts, which every run of the page would measure."""
-    monkeypatch.setattr(running, "prepare", lambda *_, **__: None)
-    monkeypatch.setattr(running, "Simulation", lambda job: SimpleNamespace(job=job))
+def test_metrics_of_state_and_kinds_are_for_models_that_have_them() -> None:
     counting = oscillators.ORDER._replace(counts=True)
     with builders.entered(oscillators.MODEL, order=oscillators.ORDER, count=counting):
         for model in ("nguyen2024", "oscillators"):
             message = controls(model, "as_run", experiments=Path("nowhere"))
             offered = {entry["name"] for entry in message["metrics"]}
-            recorded = simulation_of(builders.job(model)).job.record.metrics
             own = model == "oscillators"
             assert ({"order", "count"} <= offered) == own
-            assert ("order" in offered) == ("count" in recorded) == own
+            assert ("order" in offered) == own
 
 
 def test_published_numbers_come_with_the_settings_that_they_hold_for() -> None:

@@ -762,8 +762,9 @@ def test_metrics_are_plotted_as_they_are_measured_and_chosen_from_a_list(
     go_to(page, 25)
     plotted = "boidsweep.view.charts.plots.get('polarization').series"
     page.until(f"{plotted}.steps.length === 26")
-    history = live(page).history
-    assert page.ask(f"{plotted}.values") == history.columns["polarization"]
+    rows = live(page).history.rows
+    values = [row.values["polarization"] for row in rows]
+    assert page.ask(f"{plotted}.values") == values
     assert page.page.get_by_role("img", name="polarization: ").count() == 1
     page.page.get_by_role("button", name="Remove the plot of polarization").click()
     page.until("!boidsweep.view.state.plots.includes('polarization')")

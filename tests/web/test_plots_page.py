@@ -41,7 +41,8 @@ def point(page: Opened, selector: str, part: float) -> tuple[float, float]:
 
 
 def columns(show: Live) -> dict[str, list[float]]:
-    return show.history.columns
+    rows = show.history.rows
+    return {name: [row.values[name] for row in rows] for name in show.state.plots}
 
 
 def shown(page: Opened) -> Live:

@@ -22,7 +22,7 @@ from sweep.web.flight import fly
 from sweep.web.live_show import Live
 from sweep.web.page import STATIC
 from sweep.web.recording import recorded_run
-from sweep.web.running import simulation_of
+from sweep.web.running import recorded, simulation_of
 from sweep.web.state import ViewState, begin
 from tests.web.scripts import printed
 
@@ -106,7 +106,7 @@ def test_a_recording_tells_whom_boids_see_but_at_the_very_border(
     range, or of the cone, as places and headings are fine.
     """
     found, state = case
-    simulation = simulation_of(state.job)
+    simulation = simulation_of(state.job, recorded(state.job, (), visits=True))
     seen_at_all = differing = 0
     for place, frame in enumerate(found.told["told"]):
         if place:
@@ -175,7 +175,7 @@ def test_a_recording_tells_what_was_visited(
     places better.
     """
     found, state = case
-    simulation = simulation_of(state.job)
+    simulation = simulation_of(state.job, recorded(state.job, (), visits=True))
     pixels = looking.pixels(simulation)
     blocked = looking.visits(simulation) < 0
     counts, room = np.zeros(blocked.shape, int), int(pixels.radius) + 2

@@ -18,12 +18,12 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
-from kernels.catalogue import BUILT_IN
 from kernels.models import MODELS
 from sweep.design.jobs import Job
 from sweep.errors import SpecError
+from sweep.trial import compiled_for
 from sweep.trial.state import Taken
-from sweep.web import compiling, playing, rooms
+from sweep.web import compiling, messages, playing, rooms
 from sweep.web.encoding import HEAD
 from sweep.web.live_show import Live
 from sweep.web.outbox import MOST_WAITING, Outbox
@@ -170,7 +170,10 @@ def test_who_waits_for_the_compiler_is_told(
     monkeypatch.setattr(server.rooms, "begin", compiled)
     with Page(server) as page:
         assert page.hear() == "info"
-        assert "takes up to a minute" in page.last["info"]["message"]
+        assert page.last["info"]["message"] == "preparing the run"
+        monkeypatch.setattr(compiling, "IN_PROGRESS", ["compiling nguyen2024"])
+        assert page.hear() == "info"
+        assert page.last["info"]["message"] == "compiling nguyen2024"
         told.set()
         assert page.hear() == "controls"
 
@@ -191,7 +194,7 @@ def test_other_pages_go_on_while_a_model_or_a_metric_is_compiled(
         one.wait("frame")
         two.wait("frame")
         two.go(3)
-        compiling.prepare.cache_clear()
+        compiling.PREPARED.clear()
         monkeypatch.setattr(compiling, "_apart", compiler)
         monkeypatch.setattr(compiling, "is_compiled", lambda _: False)
         two.say("metrics", names=["elongation"])
@@ -215,6 +218,52 @@ def test_other_pages_go_on_while_a_model_or_a_metric_is_compiled(
     assert begun[1].startswith("patel2023")
 
 
+def test_what_is_compiled_is_what_the_spec_needs(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Not what the preset of its model needs: layers of robots, goals in turn, polygons
+    and moving obstacles are other kernels.
+    """
+    begun = list[Job]()
+    monkeypatch.setattr(compiling, "_apart", begun.append)
+    monkeypatch.setattr(compiling, "_take_one_step", lambda _: None)
+    monkeypatch.setattr(compiling, "waiting", lambda job, _: compiled_for(job))
+    monkeypatch.setattr(compiling, "PREPARED", set())
+    state = begin("aziel_chen2025", "as_run").with_settings({"n": 5})
+    polygon = {"polygon": {"vertices": [[30.0, 20.0], [36.0, 21.0], [33.0, 27.0]]}}
+    lossy = state.with_settings({"packet_loss": 0.2, "motor_max_speed": 4.0})
+    for shown in (
+        state,
+        state.with_settings({"cohesion_weight": 0.1}),
+        lossy,
+        lossy.place([polygon]).with_settings({"next_goals": "10 10; 20 20"}),
+    ):
+        compiling.prepare(shown.job, ("speed",))
+    assert [compiled_for(job) for job in begun] == [
+        "aziel_chen2025",
+        "aziel_chen2025 with sensing, actuation",
+        "aziel_chen2025 with sensing, actuation, waypoints, polygons",
+    ]
+
+
+def test_messages_that_need_other_kernels_say_so(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    show = Live(begin("aziel_chen2025", "as_run").with_settings({"n": 5}))
+    polygon = {"polygon": {"vertices": [[30.0, 20.0], [36.0, 21.0], [33.0, 27.0]]}}
+    monkeypatch.setattr(compiling, "compiling_seconds", lambda _: 15.0)
+    for message, words in (
+        (messages.Set("packet_loss", 0.2), "aziel_chen2025 with sensing"),
+        (messages.Set("motor_max_speed", 4.0), "aziel_chen2025 with actuation"),
+        (messages.Shapes([polygon]), "aziel_chen2025 with polygons"),
+        (messages.ChooseModel("vicsek1995", "as_run"), "vicsek1995"),
+        (messages.Beside("as_written"), "aziel_chen2025"),
+    ):
+        about = "once: about 15 s on an idle core"
+        assert show.waiting(message) == f"compiling {words}, {about}"
+    assert show.waiting(messages.Select(1)) == ""
+
+
 def test_the_compiler_of_a_page_works_in_a_process_of_its_own(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -227,8 +276,8 @@ def test_the_compiler_of_a_page_works_in_a_process_of_its_own(
 
     monkeypatch.setattr(subprocess, "run", noted)
     monkeypatch.setattr(compiling, "is_compiled", lambda _: False)
-    compiling.prepare.cache_clear()
-    compiling.prepare("nguyen2024", "as_run", BUILT_IN, ("speed",))
+    compiling.PREPARED.clear()
+    compiling.prepare(begin("nguyen2024", "as_run").job, ("speed",))
     assert [(one.returncode, one.stderr) for one in ended] == [(0, b"")]
 
 
@@ -282,7 +331,9 @@ def test_steps_asked_for_in_a_row_are_all_taken(server: PageServer) -> None:
 def test_stepping_does_not_wait_for_a_page_that_draws_nothing(
     server: PageServer,
 ) -> None:
-    """Which gets one frame, and the latest one when it is ready again."""
+    """Which gets one frame, and the latest one when it is ready again. At full speed
+    only these are measured.
+    """
     with Page(server) as page:
         page.wait("frame")
         page.say("speed", steps_per_second=0)
@@ -293,7 +344,7 @@ def test_stepping_does_not_wait_for_a_page_that_draws_nothing(
         page.say("ready")
         page.wait("frame")
         assert page.step == 200
-        assert page.last["metrics"]["steps"] == list(range(1, 201))
+        assert page.last["metrics"]["steps"] == [200]
 
 
 class Stuck:

@@ -16,8 +16,11 @@ from sweep.errors import SpecError
 from sweep.spec.recorded import lacks
 from sweep.spec.settings import settings_of
 from sweep.spec.study import parse_spec
+from sweep.trial import looking
 from sweep.web.history import MOST, Cursor, History
-from sweep.web.running import changed, simulation_of
+from sweep.web.live_show import Live
+from sweep.web.messages import Shapes
+from sweep.web.running import changed, recorded, simulation_of
 from sweep.web.session import Session
 from sweep.web.state import Range, begin, from_study
 from tests import builders
@@ -36,6 +39,13 @@ def short_run(
     session = Session(begin(model, preset))
     session.change({"n": 12, "steps": 30} | changes)
     return session
+
+
+def metrics_of(model: str) -> tuple[str, ...]:
+    """All metrics that a model has."""
+    return tuple(
+        name for name, metric in METRICS.items() if not lacks(MODELS[model], metric)
+    )
 
 
 def to_end(session: Session, steps_a_call: int = 7) -> Floats:
@@ -94,6 +104,127 @@ def test_visits_are_not_drawn_while_obstacles_move() -> None:
         session.draw(("coverage",))
 
 
+COUNTED = ("coverage", "boid_collisions", "fissions", "path_length")
+
+
+def told(show: Live, cursor: Cursor) -> tuple[dict[str, Any], Cursor]:
+    """The metrics message for the next frame."""
+    replies, cursor = show.news(cursor)
+    (message,) = (reply for reply in replies if reply["type"] == "metrics")
+    return message, cursor
+
+
+def test_a_fast_run_measures_what_it_shows_with_the_bits_of_a_launch(
+    tmp_path: Path,
+) -> None:
+    """At full speed only shown steps are measured, and what counts up is complete; so
+    is a step of the past that is shown later.
+    """
+    show = Live(begin("nguyen2024", "as_run"))
+    show.change({"n": 12, "steps": 60})
+    show.follow(("polarization", *COUNTED[:3]))
+    series = launched(show.state.as_text(), tmp_path).series
+    show.hurry(0)
+    show.run()
+    cursor = Cursor()
+    seen: dict[int, dict[str, float]] = {}
+
+    def look() -> None:
+        nonlocal cursor
+        message, cursor = told(show, cursor)
+        for place, step in enumerate(message["steps"]):
+            values = {name: row[place] for name, row in message["values"].items()}
+            seen[step] = values
+
+    look()
+    while show.going:
+        for _ in range(2):
+            if show.going:
+                show.advance(7)
+        look()
+    assert [*seen] == [0, 14, 28, 42, 56, 60]
+    show.seek(33)
+    look()
+    assert 33 in seen
+    for step, values in seen.items():
+        assert values == {
+            name: series[name].to_list()[step] for name in show.state.plots
+        }
+
+
+def test_a_metric_that_counts_up_is_complete_wherever_it_is_plotted() -> None:
+    """A run counts only what is plotted, and repeats its steps for more; also those
+    after a change.
+    """
+    plain, late = short_run(), short_run()
+    plain.follow(COUNTED)
+    for session in (plain, late):
+        session.run()
+        session.advance(11)
+    late.follow(COUNTED)
+    for session in (plain, late):
+        session.advance(3)
+        session.change({"cohesion_weight": 0.1})
+        session.advance(4)
+    for session in (plain, late):
+        session.follow(("polarization", *COUNTED[1:]))
+    late.follow(("polarization", "escapes", "equilibrium", "coverage"))
+    plain.follow(("polarization", "escapes", "equilibrium", "coverage"))
+    for session in (plain, late):
+        session.advance(12)
+    assert plain.step == late.step == 30
+    ends = [session.history.rows[-1].values for session in (plain, late)]
+    assert ends[0] == ends[1]
+    np.testing.assert_array_equal(plain.bodies, late.bodies)
+
+
+def test_visits_of_what_is_still_floor_stay_where_an_obstacle_moves() -> None:
+    """The number at the step of the move is that of the new world, by the same visits,
+    and so is the picture.
+    """
+    show = Live(begin("aziel_chen2025", "as_run"))
+    show.change({"n": 20, "steps": 200, "map": "empty"})
+    show.place([DISC])
+    show.follow(("coverage", "coverage_total"))
+    show.draw(("coverage",))
+    show.take_steps(90)
+    while show.going:
+        show.advance(90)
+    before = looking.visits(show.simulation)
+    moved = {"disc": DISC["disc"] | {"x": 330.0}}
+    show.handle(Shapes([moved]))
+    after = looking.visits(show.simulation)
+    floor = (before >= 0) & (after >= 0)
+    assert (before < 0).sum() > 1000
+    assert ((before < 0) & (after >= 0)).sum() > 1000
+    np.testing.assert_array_equal(after[floor], before[floor])
+    assert (after[(before < 0) & (after >= 0)] == 0).all()
+    share = 100 * (after > 0).sum() / (after >= 0).sum()
+    assert show.history.rows[-1].step == 90
+    assert show.history.rows[-1].values["coverage"] == share
+    show.undo()
+    assert show.history.rows[-1].values["coverage"] == (
+        100 * (before > 0).sum() / (before >= 0).sum()
+    )
+
+
+def test_other_pixels_begin_visits_anew_and_the_page_says_so() -> None:
+    show = Live(begin("aziel_chen2025", "as_run"))
+    show.change({"n": 20, "steps": 200, "map": "empty"})
+    show.follow(("coverage", "speed"))
+    show.take_steps(40)
+    while show.going:
+        show.advance(40)
+    assert show.history.rows[-1].values["coverage"] > 0
+    show.change({"pixel": 4.0})
+    message, _ = told(show, Cursor())
+    assert message["restarts"] == {"coverage": [40]}
+    assert message["values"]["coverage"][-1] == 0.0
+    assert "visits count from step 40 on, because the pixels changed" in show.note
+    show.seek(39)
+    assert "visits count" not in show.note
+
+
 def test_looking_changes_nothing() -> None:
     """Overlays, a selected boid, other plots and another pace."""
     plain, watched = to_end(short_run()), short_run()
@@ -119,13 +250,17 @@ def test_a_simulation_in_the_place_of_another_goes_on_as_that_would(
     """
     view = {"fov": 200} if "fov" in settings_of(model, BUILT_IN) else {}
     job = begin(model, preset).with_settings({"n": 90, "steps": 30} | view).job
-    whole, earlier = simulation_of(job), simulation_of(job)
+    names = [
+        name for name, metric in METRICS.items() if not lacks(MODELS[model], metric)
+    ]
+    record = recorded(job, names, visits=True)
+    whole, earlier = simulation_of(job, record), simulation_of(job, record)
     for simulation in (whole, earlier):
         while simulation.step < 13:
             simulation.advance(13 - simulation.step)
             simulation.take_frames()
         simulation.flock.vx[::3] = simulation.flock.vy[::3] = 0.0
-    later = changed(earlier, job)
+    later = changed(earlier, job, record)
     for simulation in (whole, later):
         while simulation.steps_left:
             simulation.advance(30)
@@ -324,7 +459,7 @@ def test_a_flock_that_shrinks_has_no_selected_boid_any_more() -> None:
     assert session.selected is None
 
 
-def test_metrics_of_visits_begin_anew_where_visits_were_not_counted(
+def test_visits_of_a_large_world_are_counted_for_a_metric_alone(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("sweep.web.running.MOST_PIXELS", 1000)
@@ -336,7 +471,7 @@ def test_metrics_of_visits_begin_anew_where_visits_were_not_counted(
     session.follow(("speed",))
     assert session.step == 5
     session.follow(("coverage",))
-    assert session.step == 0
+    assert (session.step, session.running) == (5, True)
     session.draw(("coverage",))
 
 
@@ -354,9 +489,7 @@ def test_another_model_begins_with_its_preset_and_stands_still() -> None:
 
 @pytest.mark.parametrize("model", slow_but(["nguyen2024", "strombom2014"], MODELS))
 def test_every_metric_of_a_model_can_be_plotted_at_any_time(model: str) -> None:
-    names = tuple(
-        name for name, metric in METRICS.items() if not lacks(MODELS[model], metric)
-    )
+    names = metrics_of(model)
     session = short_run(model)
     session.run()
     session.advance(3)
@@ -369,7 +502,7 @@ def test_every_metric_of_a_model_can_be_plotted_at_any_time(model: str) -> None:
     assert values.keys() == set(names)
     plotted = begin(model, "as_run").plots
     for name, column in values.items():
-        assert (column[:4] == [None] * 4) is not (name in plotted)
+        assert (column[:3] == [None] * 3) is not (name in plotted)
 
 
 def test_a_run_without_a_plot_goes_on_and_plots_come_back() -> None:
@@ -392,8 +525,8 @@ def test_a_run_without_a_plot_goes_on_and_plots_come_back() -> None:
     assert message is not None
     values: dict[str, list[float | None]] = message["values"]
     for column in values.values():
-        assert column[:5] == [None] * 5
-        assert None not in column[5:]
+        assert column[:4] == [None] * 4
+        assert None not in column[4:]
     assert session.exact
 
 
@@ -406,17 +539,40 @@ def test_a_long_history_is_thinned_evenly_and_told_once() -> None:
         history.add(steps, {"speed": 2.0 * steps})
         message, cursor = history.since(cursor)
         told += message["steps"] if message else []  # type: ignore[operator]
-    assert len(history.steps) <= MOST
-    assert history.steps == list(range(0, history.steps[-1] + 1, history.every))
+    kept = [row.step for row in history.rows]
+    last = told[-1]
+    assert len(kept) <= MOST
+    assert kept == list(range(0, kept[-1] + 1, history.every))
     assert told == sorted(set(told))
+    assert last == int(steps[-1])
     assert history.since(cursor) == (None, cursor)
     message, _ = history.since(Cursor())
     assert message == {
         "type": "metrics",
-        "steps": history.steps,
-        "values": {"speed": [2.0 * step for step in history.steps]},
+        "steps": [*kept, last],
+        "values": {"speed": [2.0 * step for step in [*kept, last]]},
         "reset": True,
     }
+
+
+def test_values_of_steps_in_any_order_are_told_in_order_and_once() -> None:
+    history, cursor = History(), Cursor()
+    history.begin(("speed",))
+    for steps in ([0, 40, 20], [20, 30], [10]):
+        history.add(np.array(steps), {"speed": np.array(steps) / 4})
+    message, cursor = history.since(cursor)
+    assert message is not None
+    assert message["steps"] == [0, 10, 20, 30, 40]
+    assert message["values"] == {"speed": [0.0, 2.5, 5.0, 7.5, 10.0]}
+    history.follow(("speed", "turn_rate"))
+    history.add(np.array([20]), {"speed": np.zeros(1), "turn_rate": np.ones(1)})
+    assert history.knows(20)
+    assert not history.knows(30)
+    message, _ = history.since(cursor)
+    assert message is not None
+    values: dict[str, list[float | None]] = message["values"]  # type: ignore[assignment]
+    assert values["speed"] == [0.0, 2.5, 5.0, 7.5, 10.0]
+    assert values["turn_rate"] == [None, None, 1.0, None, None]
 
 
 def test_another_preset_keeps_what_was_changed_and_the_same_one_begins_anew() -> None:

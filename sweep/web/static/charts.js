@@ -138,12 +138,14 @@ export class Charts {
   }
 
   /** @param {Metrics} metrics */
-  add({ steps, values, reset }) {
+  add({ steps, values, restarts = {}, reset }) {
     if (reset) {
       for (const series of this.series.values()) series.clear();
     }
     for (const [name, row] of Object.entries(values)) {
-      this.seriesOf(name).add(steps, row);
+      const series = this.seriesOf(name);
+      series.add(steps, row);
+      series.restarts = restarts[name] ?? [];
     }
   }
 

@@ -47,7 +47,7 @@ export class Closer {
     plot.larger.line.replaceWith(this.about(plot));
     const apart = this.apart(plot);
     this.note.textContent = apart > 1
-      ? `The page keeps one step in ${apart} of a long run; a launch stores all steps.`
+      ? `Measured steps only, up to ${apart} apart; a launch measures all steps.`
       : "All steps so far, with all digits.";
     this.log.checked = plot.logarithmic;
     this.log.disabled = plot.known().every((value) => value <= 0);

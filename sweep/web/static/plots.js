@@ -9,15 +9,18 @@ import { button, contextOf, make, short, spaced, unitText, write } from "./dom.j
 
 /** @typedef {{ left: number, right: number, top: number, bottom: number }} Area */
 
-const MOST = 3000;
+const MOST = 3000; // values of a drawn line
 const MOST_WORDS = 3;
 const MOST_NAMES = 3;
 const FONT = "11px system-ui, sans-serif";
 const EDGE = { left: 40, right: 10, top: 15, bottom: 16 };
 
-// The values of one metric by step, thinned where there are too many of them for a
-// plot.
+// The values of one metric at the steps that were measured, in order.
 export class Series {
+  // Steps at which the metric restarts from 0.
+  /** @type {number[]} */
+  restarts = [];
+
   constructor() {
     /** @type {number[]} */
     this.steps = [];
@@ -28,30 +31,37 @@ export class Series {
   clear() {
     this.steps = [];
     this.values = [];
+    this.restarts = [];
   }
 
   /** @param {number[]} steps @param {(number | null)[]} values */
   add(steps, values) {
-    while ((this.steps.at(-1) ?? -1) >= steps[0]) {
-      this.steps.pop();
-      this.values.pop();
-    }
     for (let i = 0; i < steps.length; i++) {
-      this.steps.push(steps[i]);
-      this.values.push(values[i]);
+      const place = this.place(steps[i]);
+      const known = this.steps[place] === steps[i] ? 1 : 0;
+      this.steps.splice(place, known, steps[i]);
+      this.values.splice(place, known, values[i]);
     }
-    if (this.steps.length <= MOST) return;
-    /** @param {unknown} _ @param {number} i */
-    const kept = (_, i) => i % 2 === 0 || i === this.steps.length - 1;
-    [this.steps, this.values] = [this.steps.filter(kept), this.values.filter(kept)];
   }
 
-  // The value at `step`. In a replay there may be later ones.
+  // The number of values before `step`.
+  /** @param {number} step */
+  place(step) {
+    let [low, high] = [0, this.steps.length];
+    if (high && this.steps[high - 1] < step) return high;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.steps[middle] < step) low = middle + 1;
+      else high = middle;
+    }
+    return low;
+  }
+
+  // The value of `step`, or null where it was not measured.
   /** @param {number} step */
   at(step) {
-    let i = this.steps.length - 1;
-    while (i > 0 && this.steps[i] > step) i--;
-    return this.values[i];
+    const place = this.place(step);
+    return this.steps[place] === step ? this.values[place] : null;
   }
 
   // The step with a value that is nearest to a place on the axis, or null.
@@ -341,11 +351,17 @@ export class Plot {
    * @param {Axis} along
    */
   trace(context, across, along) {
-    const { steps, values } = this.series;
+    const { steps, values, restarts } = this.series;
+    const apart = Math.ceil(steps.length / MOST);
     context.beginPath();
     let joined = false; // a value that is missing, or has no place, leaves a gap
     for (let i = 0; i < steps.length; i++) {
       const value = values[i];
+      /** @param {number} at */
+      const between = (at) => i > 0 && at > steps[i - 1] && at <= steps[i];
+      const begins = restarts.some(between);
+      if (begins) joined = false;
+      else if (i % apart && i < steps.length - 1) continue;
       if (value === null || (along.logarithmic && value <= 0)) joined = false;
       else if (joined) context.lineTo(across.pixel(steps[i]), along.pixel(value));
       else {
@@ -398,10 +414,7 @@ export class Plot {
   tell(step) {
     const { metric } = this;
     const read = this.cursor ?? step;
-    write(
-      this.value,
-      short(this.series.at(read) ?? null, this.cursor === null ? 4 : 6),
-    );
+    write(this.value, short(this.series.at(read), this.cursor === null ? 4 : 6));
     const known = this.line.textContent && `; ${this.line.textContent}`;
     const label = `${
       spaced(metric.name)

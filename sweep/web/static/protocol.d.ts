@@ -268,6 +268,8 @@ export interface Metrics {
   type: "metrics";
   steps: number[];
   values: Record<string, (number | null)[]>;
+  /** The steps at which a metric of visits restarts from 0. */
+  restarts?: Record<string, number[]>;
   reset: boolean;
 }
 
