@@ -1,27 +1,42 @@
-"""Figures for the page: the marks of a figure, and the command of the figure."""
+"""Figures for the page: the marks, the command, and the files of a figure."""
 
+import base64
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from threading import Lock
 from typing import Any, NamedTuple
 
 import pandas as pd
 from matplotlib.figure import Figure
 
 from sweep.errors import ChoiceError
-from sweep.explorer.asking import AskFigure
+from sweep.explorer.asking import AskFigure, AskFile
 from sweep.explorer.points import spelled_command
 from sweep.explorer.watching import Watched
 from sweep.figures import (
+    FORMATS,
     KINDS,
     Choices,
     FigureKind,
     FigureMarks,
     MarkedAxis,
     MarkedPanel,
+    PrintSize,
+    draw_figures,
     has_scale,
+    plan_figures,
     select,
     thinned,
 )
 from sweep.tables import StoredStudy, json_rows
 from sweep.text import unknown
+
+WIDTHS = ("89", "183")
+"""Widths in mm that the page offers: one and two columns of a journal."""
+_drawing = Lock()
+"""Matplotlib has one style for all threads, so one figure is drawn at a time."""
 
 
 def figure(watched: Watched, question: AskFigure) -> dict[str, Any]:
@@ -48,6 +63,8 @@ def figure(watched: Watched, question: AskFigure) -> dict[str, Any]:
         "note": marks.note,
         "thinned": marks.thinned,
         "metrics": marks.metrics,
+        "formats": FORMATS,
+        "widths": WIDTHS,
         "command": figure_command(
             watched, question, chosen, choices._replace(metrics=marks.metrics)
         ),
@@ -61,6 +78,38 @@ def drawn(watched: Watched, question: AskFigure) -> Figure:
     """
     study, _, chosen, choices = _choose(watched, question)
     return KINDS[chosen].figures(study, choices)[0].draw()
+
+
+def file(watched: Watched, question: AskFile) -> dict[str, str]:
+    """Return the file that the command of a figure writes with `--format`.
+
+    `name` is the name of the file, and `base64` the content. The exceptions of `figure`
+    are raised. ChoiceError is also raised for an unknown format, and while another file
+    is drawn.
+    """
+    if question.format not in FORMATS:
+        raise ChoiceError(unknown("format", question.format, FORMATS))
+    study, _, chosen, choices = _choose(watched, question)
+    shown = thinned(_marks(KINDS[chosen], study, choices)).metrics
+    plot = plan_figures(study, [chosen], choices._replace(metrics=shown))
+    size = PrintSize(float(question.width)) if question.width else None
+    with _alone(), TemporaryDirectory() as folder:
+        first = plot._replace(figures=plot.figures[:1])
+        formats = [question.format]
+        (path,) = draw_figures(study, first, Path(folder), formats, size=size)
+        content = base64.b64encode(path.read_bytes()).decode()
+    return {"name": path.name, "base64": content}
+
+
+@contextmanager
+def _alone() -> Iterator[None]:
+    """Reject a drawing while another thread draws: a waiting thread answers no page."""
+    if not _drawing.acquire(blocking=False):
+        raise ChoiceError("another file is drawn at the moment; repeat the request")
+    try:
+        yield
+    finally:
+        _drawing.release()
 
 
 class _Chosen(NamedTuple):
@@ -80,6 +129,8 @@ def _choose(watched: Watched, question: AskFigure) -> _Chosen:
     offered = {name: kind for name, kind in KINDS.items() if kind.marks}
     if question.kind and question.kind not in offered:
         raise ChoiceError(unknown("kind", question.kind, offered), question.study)
+    if question.width not in ("", *WIDTHS):
+        raise ChoiceError(unknown("width in mm", question.width, WIDTHS))
     study = watched.narrow(question.study, question.metric).where(*question.where)
     for setting in filter(None, (question.x, question.y, question.by)):
         select(study).setting(setting)
@@ -112,6 +163,7 @@ def figure_command(
         "--by": [choices.by] if choices.by else [],
         "--where": question.where,
         "--over": ["half"] if question.half else [],
+        "--width": [question.width] if question.width else [],
     }
     return spelled_command("plot", [question.study, kind], options, watched)
 

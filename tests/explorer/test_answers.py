@@ -2,6 +2,7 @@
 for a question that is none.
 """
 
+import base64
 import json
 import shlex
 from itertools import cycle, product
@@ -157,6 +158,68 @@ def test_the_command_below_a_figure_draws_that_figure(
     assert seen == [(figure["kind"], figure["note"].replace("\n", " "))]
 
 
+FILES = [
+    ("small", "scatter", "svg", "89"),
+    ("small", "curves", "png", ""),
+    ("grid", "heatmap", "pdf", "183"),
+    ("drawn", "scatter", "png", "89"),
+    ("covering", "pareto", "svg", ""),
+    ("repeated", "narrowing", "svg", ""),
+    ("profiled", "profiles", "pdf", ""),
+    ("searched", "history", "svg", ""),
+    ("searched", "front", "png", "183"),
+]
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "ending", "width"), slow_but(FILES[:1], FILES)
+)
+def test_a_file_of_a_figure_is_the_file_of_its_command(
+    name: str, kind: str, ending: str, width: str, tmp_path: Path
+) -> None:
+    """The name and every byte; where a command writes several files, the first."""
+    results = plotted.study(name).store.folder.parent
+    pairs = [("study", name), ("kind", kind), ("width", width)]
+    figure = told(results, "figure", *pairs)
+    assert (f"--width {width}" in figure["command"]) == bool(width)
+    command = [*shlex.split(figure["command"])[1:], "--format", ending]
+    done = sweep(Path.cwd(), *command, "--out", str(tmp_path))
+    assert done.returncode == 0, done.stderr
+    first = Path(done.stdout.splitlines()[0])
+    file = told(results, "file", *pairs, ("format", ending))
+    assert (file["name"], base64.b64decode(file["base64"])) == (
+        first.name,
+        first.read_bytes(),
+    )
+
+
+def test_files_that_cannot_be_drawn_are_refused_before_any_work(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    results = plotted.study("small").store.folder.parent
+    for pair, words in (
+        (("format", "gif"), 'unknown format "gif"'),
+        (("width", "9000"), 'unknown width in mm "9000"'),
+    ):
+        with pytest.raises(ChoiceError, match=words):
+            told(results, "file", ("study", "small"), pair)
+    repeated: list[str] = []
+
+    def again(*_: object, **__: object) -> list[Path]:
+        """Another page that asks for a file while this one is drawn."""
+        with pytest.raises(ChoiceError) as refused:
+            told(results, "file", ("study", "small"))
+        repeated.append(refused.value.reason)
+        raise ChoiceError("cannot be written")
+
+    with monkeypatch.context() as patched:
+        patched.setattr("sweep.explorer.drawn.draw_figures", again)
+        with pytest.raises(ChoiceError, match="cannot be written"):
+            told(results, "file", ("study", "small"))
+    assert repeated == ["another file is drawn at the moment; repeat the request"]
+    assert told(results, "file", ("study", "small"))["name"] == "scatter-speed.png"
+
+
 def test_no_more_marks_leave_the_server_than_allowed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -240,7 +303,7 @@ def test_a_launch_is_seen_while_it_runs_and_only_what_is_new_is_read(
 def test_looking_writes_nothing(tmp_path: Path) -> None:
     launched(SMALL, tmp_path)
     before = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")}
-    for question in ("studies", "state", "points", "trials", "figure"):
+    for question in ("studies", "state", "points", "trials", "figure", "file"):
         pairs = [] if question == "studies" else [("study", "small")]
         told(tmp_path, question, *pairs)
     assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")} == before

@@ -1,5 +1,6 @@
 """The explorer in a browser: from the list of studies to a trial that plays."""
 
+import base64
 import http.client
 import json
 import re
@@ -14,8 +15,11 @@ import pytest
 from playwright.sync_api import Browser, Page, Route, expect
 
 from sweep.cli.progress import ProgressBar
+from sweep.explorer.asking import AskFile
+from sweep.explorer.drawn import file
 from sweep.explorer.site import explorer
 from sweep.explorer.trials import median_trial
+from sweep.explorer.watching import Watched
 from sweep.published.publications import read_all
 from sweep.published.reproducing import reproduce
 from sweep.tables.stored_study import StoredStudy
@@ -452,6 +456,27 @@ def test_what_is_chosen_is_marked_before_anything_is_answered(opened: Open) -> N
     page.unroute_all(behavior="ignoreErrors")
 
 
+def test_a_figure_is_saved_in_the_width_that_the_address_names(
+    opened: Open, results: Path
+) -> None:
+    page = opened("#study=grid&kind=scatter&metric=speed")
+    seen(page, ".figure .board")
+    page.locator("#figure-width").select_option("89")
+    expect(page.locator(".figure code")).to_contain_text("--width 89")
+    assert "width=89" in page.url
+    button = page.locator(".figure .files").get_by_role("button", name="SVG")
+    with page.expect_download() as download:
+        button.press("Enter")
+    assert download.value.suggested_filename == "scatter-speed.svg"
+    question = AskFile("grid", "scatter", ("speed",), width="89", format="svg")
+    content = base64.b64decode(file(Watched(results), question)["base64"])
+    assert Path(download.value.path()).read_bytes() == content
+    expect(button).to_be_focused()
+    page.route(re.compile("ask/file"), lambda route: route.fulfill(body="no file"))
+    button.press("Enter")
+    expect(page.locator(".figure")).to_contain_text("The file was not drawn")
+
+
 def test_the_simulator_loads_when_a_trial_plays(opened: Open) -> None:
     trial = plotted.study("small").trials["trial_id"].iloc[0]
     page = opened(f"#study=small&trial={trial}")
@@ -622,6 +647,8 @@ def test_only_who_has_the_token_and_asks_this_machine_is_answered(
         "trials?study=small&point=x",
         "figure?study=small&kind=%3Cscript%3E",
         "figure?study=small&x=lacking",
+        "figure?study=small&width=1e9",
+        "file?study=small&format=..%2Fup",
         "spec?study=small&trial=zzz",
         "compare?a=small",
         "compare?a=small&b=%00",

@@ -125,6 +125,9 @@ export interface Figure {
   colours: string[];
   note: string;
   thinned: string;
+  /** Endings of the files of the figure, and widths for journals in mm. */
+  formats: string[];
+  widths: string[];
   command: string;
 }
 
@@ -287,6 +290,8 @@ export interface Choice {
   by: string;
   where: string;
   half: string;
+  /** The width in mm of the files of the figure; "" for the width as drawn. */
+  width: string;
   sort: string;
   point: string;
   trial: string;

@@ -4,6 +4,7 @@ import { make, short, spaced, unitText } from "./dom.js";
 import { ask, Refused } from "./ask.js";
 import { MEDIAN } from "./behind.js";
 import { Dots, shade } from "./dots.js";
+import { FigureFiles } from "./drawings.js";
 import { Lines } from "./lines.js";
 import { MOST_POINTS } from "./picking.js";
 import { Region } from "./region.js";
@@ -73,6 +74,7 @@ export class FigurePanel {
     this.note = make("p", { className: "facts said" });
     this.refusal = make("p", { className: "refusal", role: "alert", hidden: true });
     this.line = make("div");
+    this.files = new FigureFiles(prefix, () => this.asked, go);
     const nothing = { kind: "", metric: "", x: "", y: "", by: "" };
     this.suiting = make("button", {
       type: "button",
@@ -95,6 +97,7 @@ export class FigurePanel {
       this.panels,
       this.note,
       this.line,
+      this.files.element,
       this.tip,
     );
   }
@@ -124,8 +127,9 @@ export class FigurePanel {
       by = "",
       where = "",
       half = "",
+      width = "",
     } = this.choice ?? {};
-    return { study, kind, metric: metric.split(" "), x, y, by, where, half };
+    return { study, kind, metric: metric.split(" "), x, y, by, where, half, width };
   }
 
   /** @param {Choice} choice @param {StudyState} state */
@@ -171,7 +175,8 @@ export class FigurePanel {
   refuse(words) {
     this.refusal.replaceChildren(words, " ", this.choice?.kind ? this.suiting : "");
     this.refusal.hidden = !words;
-    for (const part of [this.panels, this.legend, this.note, this.line]) {
+    const { panels, legend, note, line, files } = this;
+    for (const part of [panels, legend, note, line, files.element]) {
       part.hidden = Boolean(words);
     }
   }
@@ -218,6 +223,7 @@ export class FigurePanel {
       figure.note,
     ].filter(Boolean).join("\n");
     this.line.replaceChildren(this.command(figure.command));
+    this.files.show(figure, this.asked.width);
     this.mark();
   }
 
