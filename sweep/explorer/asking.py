@@ -147,6 +147,7 @@ class AskFigure:
     by: str = ""
     where: Texts = ()
     half: Flag = False
+    trials: Flag = False
     width: str = ""
 
 

@@ -54,6 +54,7 @@ def figure(watched: Watched, question: AskFigure) -> dict[str, Any]:
         "kind": chosen,
         "kinds": {name: _about(name, reasons) for name in offered},
         "takes": offered[chosen].takes,
+        "trials_why_not": _why_no_trials(chosen, study, choices),
         "settings": [str(name) for name in select(study).points.columns],
         "form": marks.form,
         "panels": [_panel(panel) for panel in marks.panels],
@@ -165,16 +166,15 @@ def figure_command(
         "--over": ["half"] if question.half else [],
         "--width": [question.width] if question.width else [],
     }
-    return spelled_command("plot", [question.study, kind], options, watched)
+    names = [question.study, kind, *(["--trials"] if choices.trials else [])]
+    return spelled_command("plot", names, options, watched)
 
 
 def _choices(kind: FigureKind, question: AskFigure) -> Choices:
     """Return the arguments of the question that the kind takes."""
-    taken = {
-        name: getattr(question, name) or None
-        for name in ("by", "x", "y")
-        if name in kind.takes
-    }
+    names = ("by", "x", "y", "trials")
+    chosen = {name: getattr(question, name) for name in names if name in kind.takes}
+    taken = {name: value for name, value in chosen.items() if value}
     return Choices(metrics=question.metric, half=question.half, **taken)
 
 
@@ -185,6 +185,15 @@ def _marks(kind: FigureKind, study: StoredStudy, choices: Choices) -> FigureMark
 
 def _why_not(kind: FigureKind, study: StoredStudy, question: AskFigure) -> str:
     return kind.suits(study, _choices(kind, question), as_marks=True)
+
+
+def _why_no_trials(name: str, study: StoredStudy, choices: Choices) -> str:
+    """Return why a figure of a kind cannot show single trials, or ""."""
+    if "trials" in KINDS[name].takes:
+        chosen = choices._replace(trials=True)
+        return KINDS[name].suits(study, chosen, as_marks=True)
+    taking = [kind for kind in KINDS if "trials" in KINDS[kind].takes]
+    return f"for {', '.join(taking)}, not for {name}"
 
 
 def _about(name: str, reasons: dict[str, str]) -> dict[str, str]:
@@ -226,6 +235,7 @@ def _panel(panel: MarkedPanel) -> dict[str, Any]:
         "span": panel.span,
         "line": panel.line._asdict(),
         "marks": _columns_and_data(panel.marks),
+        "trials": None if panel.trials is None else _columns_and_data(panel.trials),
     }
 
 

@@ -193,6 +193,35 @@ def test_a_file_of_a_figure_is_the_file_of_its_command(
     )
 
 
+@pytest.mark.parametrize(
+    ("kind", "why_not"), [("scatter", ""), ("curves", "has 36 values of trials")]
+)
+def test_single_trials_are_in_the_command_or_have_a_reason_why_not(
+    kind: str, why_not: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(marks, "MOST_TRIALS", 6)
+    results = plotted.study("small").store.folder.parent
+    pairs = [("study", "small"), ("kind", kind)]
+    figure = told(results, "figure", *pairs)
+    assert figure["trials_why_not"].startswith(why_not)
+    assert "--trials" not in figure["command"]
+    if why_not:
+        return
+    figure = told(results, "figure", *pairs, ("trials", "yes"))
+    assert f"plot small {kind} --trials " in figure["command"]
+    columns = figure["panels"][0]["trials"]["columns"]
+    assert set(columns) == {"x", "y", "colour", "trial", "replicate", "point"}
+
+
+def test_a_heatmap_is_drawn_as_if_no_single_trials_were_chosen() -> None:
+    results = plotted.study("drawn").store.folder.parent
+    pairs = [("study", "drawn"), ("kind", "heatmap"), ("trials", "yes")]
+    figure = told(results, "figure", *pairs)
+    assert "--trials" not in figure["command"]
+    assert figure["trials_why_not"].endswith("not for heatmap")
+    assert [panel["trials"] for panel in figure["panels"]] == [None, None]
+
+
 def test_files_that_cannot_be_drawn_are_refused_before_any_work(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -456,6 +456,48 @@ def test_what_is_chosen_is_marked_before_anything_is_answered(opened: Open) -> N
     page.unroute_all(behavior="ignoreErrors")
 
 
+TRIAL_AT = """() => {
+  const [board] = explorer.figure.boards;
+  const dot = board.trials.reduce((one, other) => (one.y > other.y ? one : other));
+  const { left, top } = board.element.getBoundingClientRect();
+  const { x, y } = board.placeOf(dot);
+  return [left + x, top + y, dot.trial, dot.point, board.y.last >= dot.y];
+}"""
+
+
+def test_each_trial_is_a_dot_that_a_click_and_the_keyboard_play(opened: Open) -> None:
+    page = opened("#study=small&kind=scatter&metric=speed")
+    seen(page, ".figure .board")
+    assert page.evaluate("explorer.figure.boards[0].trials.length") == 0
+    page.get_by_role("checkbox", name="trials").check()
+    expect(page.locator(".figure code")).to_contain_text("plot small scatter --trials")
+    assert "trials=yes" in page.url
+    x, y, trial, point, is_within = page.evaluate(TRIAL_AT)
+    assert is_within
+    page.mouse.move(x, y)
+    stored = plotted.study("small").trials.set_index("trial_id").loc[trial]
+    tip = page.locator(".figure .tip")
+    expect(tip).to_contain_text(f"speed (px/step): {stored['speed']:.4g}")
+    expect(tip).to_contain_text(f"trial {trial[:8]}, replicate {stored['replicate']}")
+    page.mouse.click(x, y)
+    expect(page).to_have_url(re.compile(f"point={point}&trial={trial}"))
+    row = page.locator("[aria-label=trials] tr.chosen button").first
+    expect(row).to_contain_text(trial[:8])
+    board = page.locator(".figure .board").first
+    board.focus()
+    for key in ("ArrowRight", "ArrowUp"):
+        page.keyboard.press(key)
+    here = page.evaluate("explorer.figure.boards[0].picker.here.trial")
+    assert here
+    expect(tip).to_contain_text(f"trial {here[:8]}")
+    page.keyboard.press("Enter")
+    expect(page).to_have_url(re.compile(f"trial={here}"))
+    assert found(page) == []
+    page.goto(f"{page.url.partition('#')[0]}#study=grid&kind=heatmap&trials=yes")
+    expect(page.get_by_role("checkbox", name="trials")).to_be_disabled()
+    expect(page.locator("#figure-why")).to_contain_text("not for heatmap")
+
+
 def test_a_figure_is_saved_in_the_width_that_the_address_names(
     opened: Open, results: Path
 ) -> None:

@@ -107,7 +107,14 @@ export interface Panel {
   /** Of cells: the left, right, lower and upper end of all panels. */
   span: number[];
   line: { x: number[]; y: number[]; text: string };
-  marks: { columns: string[]; index: number[]; data: (Known | string | boolean)[][] };
+  marks: Marks;
+  /** Values of single trials; null for a figure without them. */
+  trials: Marks | null;
+}
+
+export interface Marks {
+  columns: string[];
+  data: (Known | string | boolean)[][];
 }
 
 export type Form = "lines" | "paths" | "points" | "cells";
@@ -116,6 +123,8 @@ export interface Figure {
   kind: string;
   kinds: Record<string, { text: string; why_not: string }>;
   takes: string[];
+  /** Why single trials cannot be drawn, or "". */
+  trials_why_not: string;
   settings: string[];
   form: Form;
   metrics: string[];
@@ -161,6 +170,9 @@ export interface Dot {
   resolved: boolean;
   best: boolean;
   point: string;
+  /** Of the value of a single trial: its id and its replicate. */
+  trial?: string;
+  replicate?: number;
 }
 
 /** A table of texts, with the ids of the points behind each row. */
@@ -290,6 +302,8 @@ export interface Choice {
   by: string;
   where: string;
   half: string;
+  /** "yes" for a figure with the values of single trials. */
+  trials: string;
   /** The width in mm of the files of the figure; "" for the width as drawn. */
   width: string;
   sort: string;

@@ -63,6 +63,20 @@ export class FigurePanel {
     this.axes = AXES.map((axis) =>
       this.picker(prefix, axis, axis, (name) => go({ [axis]: name }))
     );
+    this.trials = make("input", {
+      id: `${prefix}-trials`,
+      type: "checkbox",
+      "aria-describedby": `${prefix}-why`,
+      on: { change: () => go({ trials: this.trials.checked ? "yes" : "" }) },
+    });
+    this.why = make("span", { id: `${prefix}-why`, className: "facts" });
+    const switches = make(
+      "div",
+      {},
+      this.trials,
+      make("label", { htmlFor: this.trials.id, textContent: "trials" }),
+      this.why,
+    );
     const pickers = [this.kind, this.metric, this.half, ...this.axes].map((one) =>
       one.element
     );
@@ -86,6 +100,7 @@ export class FigurePanel {
       "div",
       { className: "choices-of-figure", hidden: true },
       ...pickers,
+      switches,
     );
     this.element = make(
       "section",
@@ -127,9 +142,11 @@ export class FigurePanel {
       by = "",
       where = "",
       half = "",
+      trials = "",
       width = "",
     } = this.choice ?? {};
-    return { study, kind, metric: metric.split(" "), x, y, by, where, half, width };
+    const drawn = { kind, metric: metric.split(" "), x, y, by, half, trials, width };
+    return { study, where, ...drawn };
   }
 
   /** @param {Choice} choice @param {StudyState} state */
@@ -196,8 +213,8 @@ export class FigurePanel {
     const drawerOf = this.boardsOf(figure, heatmaps);
     this.boards = figure.panels.map((panel, i) => {
       /** @type {Choose} */
-      const choose = (points, about) =>
-        this.choosePoints(points, about ? this.regions[i].of(about) : "");
+      const choose = (points, about, trial = "") =>
+        this.choosePoints(points, about ? this.regions[i].of(about) : "", trial);
       return drawerOf(panel, (dot, at) => this.hover(panel, dot, at), choose);
     });
     const titled = this.boards.map((board, i) =>
@@ -246,8 +263,12 @@ export class FigurePanel {
     return (...parts) => new kind(figure, ...parts);
   }
 
-  /** @param {string[]} points @param {string} region that was drawn about them */
-  choosePoints(points, region) {
+  /**
+   * @param {string[]} points
+   * @param {string} region that was drawn about them
+   * @param {string} single the id of a trial that was chosen, or ""
+   */
+  choosePoints(points, region, single) {
     const many = points.length > MOST_POINTS;
     this.crowd.hidden = !many;
     this.crowd.textContent = `${points.length.toLocaleString("en")} points; up to ` +
@@ -256,13 +277,14 @@ export class FigurePanel {
     const { point = "", trial = "" } = this.choice ?? {};
     const plays = trial && points.join(" ") === point;
     const median = points.length === 1 ? MEDIAN : "";
-    this.go({ region, ...chosen, ...(plays ? {} : { trial: median, beside: "" }) });
+    const next = { trial: single || median, beside: "" };
+    this.go({ region, ...chosen, ...(plays && !single ? {} : next) });
   }
 
   // The points that are chosen stand out, before anything is asked.
   mark(choice = this.choice) {
     const points = new Set(choice?.point.split(" ").filter(Boolean));
-    for (const board of this.boards) board.mark(points);
+    for (const board of this.boards) board.mark(points, choice?.trial ?? "");
     for (const region of this.regions) region.show(choice?.region ?? "");
   }
 
@@ -319,6 +341,9 @@ export class FigurePanel {
       })),
       plain,
     );
+    this.trials.disabled = Boolean(figure.trials_why_not);
+    this.trials.checked = !this.trials.disabled && this.choice?.trials === "yes";
+    this.why.textContent = figure.trials_why_not;
     this.metric.element.hidden = !metrics.length;
     this.half.element.hidden = !metrics.length;
     fill(this.half.select, [{ value: "", text: "the last frame" }, {
@@ -366,10 +391,10 @@ function publishedLegend(published, form) {
 // Where a mark is, its metric with an interval, and the number of trials.
 /** @param {Figure} figure @param {Panel} panel @param {Dot} dot */
 function described(figure, { title, x, y }, dot) {
-  const trials = `${dot.n} trials`;
+  const trials = dot.trial ? "" : `${dot.n} trials`;
   const hint = dot.point.includes(" ")
     ? "click to list them"
-    : "click to play the median";
+    : `click to play the ${dot.trial ? "trial" : "median"}`;
   if (dot.half !== undefined) {
     const half = dot.half === null
       ? ""
@@ -384,7 +409,7 @@ function described(figure, { title, x, y }, dot) {
     ].filter(Boolean).join("\n");
   }
   const place = x.names.length ? x.names[Number(dot.x)] : short(dot.x);
-  const ends = dot.low === null
+  const ends = dot.low === null || dot.trial
     ? ""
     : ` (95 % confidence interval ${short(dot.low, 3)} to ${short(dot.high, 3)})`;
   return [
@@ -393,8 +418,9 @@ function described(figure, { title, x, y }, dot) {
       ? `${unitText(figure.by)}: ${figure.values[dot.colour]}`
       : "",
     `${unitText(x.label)}: ${place}`,
-    `${unitText(y.label)}: ${short(dot.y, 3)}${ends}`,
-    `${trials}; ${hint}`,
+    `${unitText(y.label)}: ${short(dot.y, dot.trial ? 4 : 3)}${ends}`,
+    dot.trial ? `trial ${dot.trial.slice(0, 8)}, replicate ${dot.replicate}` : "",
+    [trials, hint].filter(Boolean).join("; "),
   ].filter(Boolean).join("\n");
 }
 

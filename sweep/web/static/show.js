@@ -25,6 +25,7 @@ const KEYS = /** @type {const} */ ([
   "by",
   "where",
   "half",
+  "trials",
   "width",
   "sort",
   "point",
