@@ -44,18 +44,27 @@ def figure(watched: Watched, question: AskFigure) -> dict[str, Any]:
 
     For the marks, see `sweep.figures.marks`; each panel has `marks` as lists by column.
     `kind` is the shown kind. `kinds` has all kinds, each with the reason why the kind
-    does not suit, or "". `command` draws the figure. ChoiceError is raised in the cases
-    in which `sweep plot` reports an error.
+    does not suit, or ""; kinds for searches are left out for other studies. `settings`
+    are the parameters that vary freely. `command` draws the figure. `refusal` is the
+    reason why the figure cannot be drawn, or ""; choices can change a figure that
+    cannot be drawn. ChoiceError is raised for an unknown name.
     """
-    study, reasons, chosen, choices = _choose(watched, question)
-    offered = {name: KINDS[name] for name in reasons}
-    marks = thinned(_marks(offered[chosen], study, choices))
+    study, reasons, chosen, choices, trials_why_not = _choose(watched, question)
+    selection = select(study)
+    marks, refusal = _marks_or_reason(chosen, study, choices)
     return {
         "kind": chosen,
-        "kinds": {name: _about(name, reasons) for name in offered},
-        "takes": offered[chosen].takes,
-        "trials_why_not": _why_no_trials(chosen, study, choices),
-        "settings": [str(name) for name in select(study).points.columns],
+        "kinds": {
+            name: _about(name, reasons)
+            for name in reasons
+            if name == chosen or not (KINDS[name].of_search and reasons[name])
+        },
+        "refusal": refusal,
+        "takes": KINDS[chosen].takes,
+        "trials_why_not": trials_why_not,
+        "settings": [
+            str(name) for name in selection.points if name not in selection.derived
+        ],
         "form": marks.form,
         "panels": [_panel(panel) for panel in marks.panels],
         "by": marks.by,
@@ -77,7 +86,7 @@ def drawn(watched: Watched, question: AskFigure) -> Figure:
 
     The exceptions of `figure` are raised.
     """
-    study, _, chosen, choices = _choose(watched, question)
+    study, _, chosen, choices, _ = _choose(watched, question)
     return KINDS[chosen].figures(study, choices)[0].draw()
 
 
@@ -90,7 +99,7 @@ def file(watched: Watched, question: AskFile) -> dict[str, str]:
     """
     if question.format not in FORMATS:
         raise ChoiceError(unknown("format", question.format, FORMATS))
-    study, _, chosen, choices = _choose(watched, question)
+    study, _, chosen, choices, _ = _choose(watched, question)
     shown = thinned(_marks(KINDS[chosen], study, choices)).metrics
     plot = plan_figures(study, [chosen], choices._replace(metrics=shown))
     size = PrintSize(float(question.width)) if question.width else None
@@ -117,13 +126,14 @@ class _Chosen(NamedTuple):
     """A kind of figure of a study, and the arguments.
 
     `reasons` has, per kind, the reason why the kind does not suit; "" for a suitable
-    kind.
+    kind. `trials_why_not` is the reason why single trials cannot be drawn, or "".
     """
 
     study: StoredStudy
     reasons: dict[str, str]
     kind: str
     choices: Choices
+    trials_why_not: str
 
 
 def _choose(watched: Watched, question: AskFigure) -> _Chosen:
@@ -138,7 +148,9 @@ def _choose(watched: Watched, question: AskFigure) -> _Chosen:
     reasons = {name: _why_not(kind, study, question) for name, kind in offered.items()}
     chosen = question.kind or _suiting(study, reasons)
     choices = _choices(offered[chosen], question)
-    return _Chosen(study, reasons, chosen, choices)
+    why_not = _why_no_trials(chosen, study, choices)
+    choices = choices._replace(trials=question.trials and not why_not)
+    return _Chosen(study, reasons, chosen, choices, trials_why_not=why_not)
 
 
 def figure_command(
@@ -172,10 +184,22 @@ def figure_command(
 
 def _choices(kind: FigureKind, question: AskFigure) -> Choices:
     """Return the arguments of the question that the kind takes."""
-    names = ("by", "x", "y", "trials")
-    chosen = {name: getattr(question, name) for name in names if name in kind.takes}
-    taken = {name: value for name, value in chosen.items() if value}
+    taken = {
+        name: getattr(question, name) or None
+        for name in ("by", "x", "y")
+        if name in kind.takes
+    }
     return Choices(metrics=question.metric, half=question.half, **taken)
+
+
+def _marks_or_reason(
+    name: str, study: StoredStudy, choices: Choices
+) -> tuple[FigureMarks, str]:
+    """Return the marks of a figure and "", or no marks and the reason."""
+    try:
+        return thinned(_marks(KINDS[name], study, choices)), ""
+    except ChoiceError as error:
+        return FigureMarks("points", choices.metrics, [], ""), error.reason
 
 
 def _marks(kind: FigureKind, study: StoredStudy, choices: Choices) -> FigureMarks:

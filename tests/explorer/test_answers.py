@@ -205,9 +205,11 @@ def test_single_trials_are_in_the_command_or_have_a_reason_why_not(
     figure = told(results, "figure", *pairs)
     assert figure["trials_why_not"].startswith(why_not)
     assert "--trials" not in figure["command"]
-    if why_not:
-        return
     figure = told(results, "figure", *pairs, ("trials", "yes"))
+    assert figure["refusal"] == ""
+    if why_not:
+        assert "--trials" not in figure["command"]
+        return
     assert f"plot small {kind} --trials " in figure["command"]
     columns = figure["panels"][0]["trials"]["columns"]
     assert set(columns) == {"x", "y", "colour", "trial", "replicate", "point"}
@@ -249,6 +251,46 @@ def test_files_that_cannot_be_drawn_are_refused_before_any_work(
     assert told(results, "file", ("study", "small"))["name"] == "scatter-speed.png"
 
 
+def test_a_kind_that_does_not_suit_has_its_reason_and_its_choices() -> None:
+    """So a choice that the reason names can be made."""
+    results = plotted.study("small").store.folder.parent
+    answer = told(results, "figure", ("study", "small"), ("kind", "heatmap"))
+    assert (answer["kind"], answer["takes"]) == ("heatmap", ["x", "y"])
+    assert answer["refusal"].startswith("needs two varied parameters")
+    assert answer["refusal"] == answer["kinds"]["heatmap"]["why_not"]
+    assert answer["settings"] == ["separation_weight"]
+
+
+DERIVED = {
+    "repeated": ["borders"],  # minimum_image follows
+    "grid": ["separation_weight", "alignment_weight", "borders"],
+    "sized": ["n", "separation_weight"],  # width and height follow
+    "chained": ["direction", "separation_weight"],
+    "ablated": ["detail"],
+    "drawn": ["n", "separation_weight", "alignment_weight", "cohesion_weight"],
+}
+
+
+@pytest.mark.parametrize("name", slow_but(["repeated"], DERIVED))
+def test_only_what_varies_freely_is_offered_and_named(name: str) -> None:
+    study = plotted.study(name)
+    results = study.store.folder.parent
+    assert told(results, "figure", ("study", name))["settings"] == DERIVED[name]
+    point = str(study.points.index[0])
+    answer = told(results, "trials", ("study", name), ("point", point))
+    assert [*answer["settings"][point]] == DERIVED[name]
+
+
+def test_kinds_of_searches_are_offered_to_searches() -> None:
+    results = plotted.study("small").store.folder.parent
+    of_search = {name for name, kind in kinds.KINDS.items() if kind.of_search}
+    answer = told(results, "figure", ("study", "small"))
+    assert not of_search & answer["kinds"].keys()
+    chosen = told(results, "figure", ("study", "small"), ("kind", "front"))
+    assert of_search & chosen["kinds"].keys() == {"front"}
+    assert chosen["refusal"]
+
+
 def test_no_more_marks_leave_the_server_than_allowed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -260,8 +302,11 @@ def test_no_more_marks_leave_the_server_than_allowed(
     assert [len(one["panels"][0]["marks"]["data"]) for one in (whole, few)] == [60, 20]
     assert few["thinned"] == "1 of 3 marks of 60"
     monkeypatch.setattr(marks, "MOST_MARKS", 5)
+    refused = told(results, "figure", *asked[:1], ("kind", "heatmap"))
+    assert "18 cells; allowed: up to 5" in refused["refusal"]
+    assert refused["panels"] == []
     with pytest.raises(ChoiceError, match="18 cells; allowed: up to 5"):
-        told(results, "figure", *asked[:1], ("kind", "heatmap"))
+        told(results, "file", *asked[:1], ("kind", "heatmap"))
 
 
 def test_trials_that_are_not_done_come_first_then_worst_median_best() -> None:

@@ -122,6 +122,8 @@ export type Form = "lines" | "paths" | "points" | "cells";
 export interface Figure {
   kind: string;
   kinds: Record<string, { text: string; why_not: string }>;
+  /** Why the figure cannot be drawn, or "": then it has no panels. */
+  refusal: string;
   takes: string[];
   /** Why single trials cannot be drawn, or "". */
   trials_why_not: string;
@@ -237,6 +239,8 @@ export interface Difference {
   p: Known;
   paired: boolean;
   verdict: string;
+  /** The parameters of the row, by name. */
+  [setting: string]: Known | string | boolean;
 }
 
 /** Whose trials a row of a comparison rests on. */

@@ -25,9 +25,11 @@ import { Region } from "./region.js";
 /** @typedef {typeof import("./cells.js")} Heatmaps loaded for the first heatmap */
 
 /**
- * @typedef {{ value: string, text: string, title?: string, disabled?: boolean }} Option
+ * @typedef {{ value: string, text: string, title?: string, group?: string }} Option
  */
 
+const NOTHING = { kind: "", metric: "", x: "", y: "", by: "" }; // chosen
+const UNSUITABLE = "not without other choices or data";
 const AXES = /** @type {const} */ (["x", "y", "by"]);
 
 export class FigurePanel {
@@ -89,11 +91,10 @@ export class FigurePanel {
     this.refusal = make("p", { className: "refusal", role: "alert", hidden: true });
     this.line = make("div");
     this.files = new FigureFiles(prefix, () => this.asked, go);
-    const nothing = { kind: "", metric: "", x: "", y: "", by: "" };
     this.suiting = make("button", {
       type: "button",
       textContent: "Show a suitable figure",
-      on: { click: () => go(nothing) },
+      on: { click: () => go(NOTHING) },
     });
     // Before the first figure there is nothing to choose from.
     this.pickers = make(
@@ -160,8 +161,10 @@ export class FigurePanel {
       const figure = await ask("figure", this.asked);
       const heatmaps = figure.form === "cells" ? await import("./cells.js") : null;
       if (asked !== JSON.stringify(this.asked)) return;
-      this.draw(figure, state, heatmaps);
-      this.refuse("");
+      this.offer(figure, state);
+      this.refuse(figure.refusal);
+      this.figure = figure.refusal ? null : figure;
+      if (this.figure) this.draw(figure, heatmaps);
       this.shown = wanted;
     } catch (error) {
       if (!(error instanceof Refused)) throw error;
@@ -190,7 +193,9 @@ export class FigurePanel {
 
   /** @param {string} words */
   refuse(words) {
-    this.refusal.replaceChildren(words, " ", this.choice?.kind ? this.suiting : "");
+    const names = /** @type {(keyof typeof NOTHING)[]} */ (Object.keys(NOTHING));
+    const hasChoices = names.some((name) => this.choice?.[name]);
+    this.refusal.replaceChildren(words, " ", hasChoices ? this.suiting : "");
     this.refusal.hidden = !words;
     const { panels, legend, note, line, files } = this;
     for (const part of [panels, legend, note, line, files.element]) {
@@ -198,16 +203,10 @@ export class FigurePanel {
     }
   }
 
-  /**
-   * @param {Figure} figure
-   * @param {StudyState} state
-   * @param {Heatmaps | null} heatmaps
-   */
-  draw(figure, state, heatmaps) {
-    this.figure = figure;
+  /** @param {Figure} figure @param {Heatmaps | null} heatmaps */
+  draw(figure, heatmaps) {
     this.published = [];
     this.mentioned.textContent = "";
-    this.offer(figure, state);
     this.tip.hidden = true;
     for (const part of [...this.boards, ...this.regions]) part.remove();
     const drawerOf = this.boardsOf(figure, heatmaps);
@@ -319,8 +318,8 @@ export class FigurePanel {
       Object.keys(kinds).map((name) => ({
         value: name,
         text: name,
-        title: kinds[name].why_not || kinds[name].text,
-        disabled: Boolean(kinds[name].why_not),
+        title: kinds[name].text,
+        group: kinds[name].why_not && UNSUITABLE,
       })),
       kind,
     );
@@ -353,12 +352,10 @@ export class FigurePanel {
     AXES.forEach((axis, i) => {
       const { element, select } = this.axes[i];
       element.hidden = !takes.includes(axis);
-      const options = settings.map((name) => ({ value: name, text: spaced(name) }));
-      fill(
-        select,
-        [{ value: "", text: "automatic" }, ...options],
-        this.choice?.[axis] ?? "",
-      );
+      const chosen = this.choice?.[axis] ?? "";
+      const names = [...new Set([...settings, chosen])].filter(Boolean);
+      const options = names.map((name) => ({ value: name, text: spaced(name) }));
+      fill(select, [{ value: "", text: "automatic" }, ...options], chosen);
     });
   }
 
@@ -440,11 +437,13 @@ function fill(select, options, chosen) {
   const known = JSON.stringify(options);
   if (select.dataset.known !== known) {
     select.dataset.known = known;
-    select.replaceChildren(
-      ...options.map(({ value, text, title = "", disabled = false }) =>
-        make("option", { value, textContent: text, title, disabled })
-      ),
-    );
+    select.replaceChildren();
+    for (const [label, some] of Map.groupBy(options, ({ group = "" }) => group)) {
+      const made = some.map(({ value, text, title = "" }) =>
+        make("option", { value, textContent: text, title })
+      );
+      select.append(...(label ? [make("optgroup", { label }, ...made)] : made));
+    }
   }
   select.value = chosen;
 }
