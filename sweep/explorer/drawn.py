@@ -184,7 +184,7 @@ def figure_command(
 
 def _choices(kind: FigureKind, question: AskFigure) -> Choices:
     """Return the arguments of the question that the kind takes."""
-    taken = {
+    taken: dict[str, Any] = {
         name: getattr(question, name) or None
         for name in ("by", "x", "y")
         if name in kind.takes
