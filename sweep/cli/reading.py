@@ -186,6 +186,10 @@ def plot(
     y: Annotated[str | None, typer.Option(help="Parameter on the y axis.")] = None,
     where: Where = None,
     over: OverOption = Over.last,
+    trials: Annotated[
+        bool,
+        typer.Option("--trials", help="Draw each trial as a small dot behind means."),
+    ] = False,
     formats: Annotated[
         list[Format] | None,
         typer.Option("--format", help="File format; by default png. Repeatable."),
@@ -251,7 +255,9 @@ def plot(
         size.check()
     arguments = plot_arguments([study, *(names or ())], results, where or ())
     stored = arguments.study
-    choices = Choices(tuple(metric or ()), by, x, y, half=over == Over.half)
+    choices = Choices(
+        tuple(metric or ()), by, x, y, half=over == Over.half, trials=trials
+    )
     check_shared(stored, choices.metrics)
     kinds, known = with_files(arguments.kinds)
     figures = plan_figures(stored, kinds, choices, known)

@@ -147,6 +147,15 @@ class AskFigure:
     by: str = ""
     where: Texts = ()
     half: Flag = False
+    trials: Flag = False
+    width: str = ""
+
+
+@dataclass(frozen=True)
+class AskFile(AskFigure):
+    """A file of a figure: the file that the command of the figure writes."""
+
+    format: str = "png"
 
 
 @dataclass(frozen=True)

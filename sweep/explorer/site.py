@@ -13,7 +13,7 @@ from sweep.explorer import asking
 from sweep.explorer.asking import AskComparison, AskRefine, fields_by_key, read
 from sweep.explorer.changing import refine
 from sweep.explorer.compared import comparison
-from sweep.explorer.drawn import figure
+from sweep.explorer.drawn import figure, file
 from sweep.explorer.mentioned import published_at
 from sweep.explorer.points import points
 from sweep.explorer.scored import picture, scorecard
@@ -36,6 +36,7 @@ QUESTIONS: dict[str, tuple[type[Any], Callable[[Watched, Any], dict[str, Any]]]]
     "trials": (asking.AskTrials, trials),
     "spec": (asking.AskSpec, spec),
     "figure": (asking.AskFigure, figure),
+    "file": (asking.AskFile, file),
     "published": (asking.AskPublished, published_at),
     "compare": (asking.AskComparison, comparison),
     "search": (asking.AskSearch, search),

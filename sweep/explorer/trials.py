@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from sweep.errors import ChoiceError
 from sweep.explorer.asking import MOST_ROWS, AskSpec, AskTrials
 from sweep.explorer.watching import Watched
-from sweep.figures import better_values, recorded
+from sweep.figures import better_values, recorded, select
 from sweep.spec import Column
 from sweep.tables import StoredStudy, command, json_rows
 from sweep.text import unknown
@@ -37,8 +37,9 @@ def trials(watched: Watched, question: AskTrials) -> dict[str, Any]:
 
     `rows` have `trial_id`, `point`, `replicate` and `status`, the `error` in a single
     line, and the `value` of the metric. `part` of a row is a name of NOTABLE or "", and
-    `replay` is the command. `settings` has the parameters of each point of the page.
-    `median` is the id of the trial in the middle by the metric, "" if no trial is done.
+    `replay` is the command. `settings` has the parameters of each point of the page,
+    without those that follow from others. `median` is the id of the trial in the middle
+    by the metric, "" if no trial is done.
 
     Raises ChoiceError for an unknown point or metric.
     """
@@ -59,7 +60,9 @@ def trials(watched: Watched, question: AskTrials) -> dict[str, Any]:
         replay=[command("replay", study.name, trial) for trial in shown["trial_id"]],
     )
     points = list(dict.fromkeys(shown["point"]))
-    parameters = study.points.loc[points, study.headings]
+    derived = select(study).derived if study.done.any() else []
+    free = [name for name in study.headings if name not in derived]
+    parameters = study.points.loc[points, free]
     settings = dict(zip(parameters.index, json_rows(parameters), strict=True))
     return {
         "metric": column,

@@ -42,6 +42,7 @@ from .pareto import pareto_figure as pareto_figure
 from .planning import Choices as Choices
 from .planning import FigureKind as FigureKind
 from .planning import Planned as Planned
+from .saving import FORMATS as FORMATS
 from .saving import PrintSize as PrintSize
 from .saving import about_study as about_study
 from .saving import save as save

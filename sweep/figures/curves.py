@@ -16,6 +16,7 @@ from matplotlib.lines import Line2D
 from sweep.analysis import curves
 from sweep.errors import ChoiceError
 from sweep.figures.drawing import (
+    draw_trials,
     legend_of,
     note,
     quantity,
@@ -24,7 +25,15 @@ from sweep.figures.drawing import (
     words,
     y_label,
 )
-from sweep.figures.marks import FigureMarks, MarkedAxis, MarkedPanel, legend_of_marks
+from sweep.figures.marks import (
+    TRIALS_NOTE,
+    FigureMarks,
+    MarkedAxis,
+    MarkedPanel,
+    allow_trials,
+    colours_of,
+    legend_of_marks,
+)
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.scales import is_logarithmic
 from sweep.figures.selection import (
@@ -50,7 +59,8 @@ class Curves(NamedTuple):
 
     Each metric and facet has a panel, and each value of `by` a line in the panel.
     `time` is the unit of time of curves with different time steps, and "" for curves
-    against the frame.
+    against the frame. If `trials` is true, the values of single trials are behind the
+    means.
     """
 
     selection: Selection
@@ -58,6 +68,7 @@ class Curves(NamedTuple):
     by: str | None
     facets: list[Facet]
     time: str
+    trials: bool
 
     @property
     def x(self) -> MarkedAxis:
@@ -70,6 +81,8 @@ def metric_curves(
     study: Results,
     by: str | None = None,
     metrics: str | Sequence[str] = (),
+    *,
+    trials: bool = False,
 ) -> Figure:
     """Draw mean curves of series metrics against the frame, with a panel per metric.
 
@@ -85,6 +98,8 @@ def metric_curves(
         fewest values. A legend shows up to 7 values, a colour bar up to 60 numbers.
     metrics : str or sequence of str, optional
         By default all series metrics.
+    trials : bool, default False
+        Draw the values of each trial behind the means.
 
     Returns
     -------
@@ -93,8 +108,8 @@ def metric_curves(
     Raises
     ------
     ChoiceError
-        If no series are stored, a name is unknown, or there are too many lines or
-        panels.
+        If no series are stored, a name is unknown, or there are too many lines, panels
+        or values of trials.
 
     Examples
     --------
@@ -104,13 +119,15 @@ def metric_curves(
     >>> [line.get_label() for line in figure.axes[0].lines]
     ['0.5', '1', '2']
     """
-    return draw_curves(curves_layout(study, by, as_names(metrics)))
+    return draw_curves(curves_layout(study, by, as_names(metrics), trials=trials))
 
 
 def curves_layout(
     study: Results,
     by: str | None,
     metrics: Sequence[str],
+    *,
+    trials: bool = False,
 ) -> Curves:
     """Return the layout of `metric_curves`, or raise ChoiceError.
 
@@ -120,6 +137,8 @@ def curves_layout(
     by : str or None
     metrics : sequence of str
         All series metrics if empty.
+    trials : bool, default False
+        Show the values of trials.
     """
     selection = select(study)
     recorded = series_metrics(study)
@@ -138,7 +157,10 @@ def curves_layout(
     facets = selection.facets(panel_settings)
     remedy = "" if len(facets) > 1 else f"choose metrics, of {', '.join(names)}"
     selection.allow(len(names) * len(facets), panel_settings, "curves", remedy)
-    return Curves(selection, names, chosen, facets, time=_time_unit(selection))
+    if trials:
+        allow_trials(selection, len(names) * len(study.series), "curves")
+    time = _time_unit(selection)
+    return Curves(selection, names, chosen, facets, time=time, trials=trials)
 
 
 def _time_unit(selection: Selection) -> str:
@@ -193,7 +215,7 @@ def _lines(selection: Selection, by: str | None) -> str | None:
 
 def draw_curves(layout: Curves) -> Figure:
     """Draw the figure of a layout."""
-    selection, metrics, by, facets, _ = layout
+    selection, metrics, by, facets, *_ = layout
     panels = [(metric, facet) for metric in metrics for facet in facets]
     with style.context(STYLE):
         across = min(3 if len(facets) > 2 else 2, len(panels))
@@ -231,9 +253,10 @@ def _note(layout: Curves) -> str:
     interval = "mean with pointwise 95 % confidence interval"
     if selection.study.repeated:
         interval += ", valid for fixed numbers of trials"
-    return selection.note(
+    note = selection.note(
         "{n} trials per curve", counts, interval, shown=layout.metrics
     )
+    return note + (TRIALS_NOTE if layout.trials else "")
 
 
 def _curve_panel(axes: Axes, layout: Curves, metric: str, facet: Facet) -> None:
@@ -241,6 +264,11 @@ def _curve_panel(axes: Axes, layout: Curves, metric: str, facet: Facet) -> None:
     by = layout.by
     table = _means(layout, metric, facet)
     lines: dict[object, pd.DataFrame] = dict(iter(table.groupby(LINE, sort=False)))
+    if layout.trials:
+        trials = _trials(layout, metric, facet)
+        draw_trials(
+            axes, trials, lambda number: to_hex(_looks(layout, number)["color"])
+        )
     for number, value in enumerate(selection.values(by) if by else [""]):
         if value not in lines:
             continue
@@ -285,6 +313,25 @@ def _means(layout: Curves, metric: str, facet: Facet) -> pd.DataFrame:
         # dt varies between points, so the trials of a line have one value.
         table["x"] *= table[LINE].map(trials.groupby(LINE)["dt"].first())
     return table
+
+
+def _trials(layout: Curves, metric: str, facet: Facet) -> pd.DataFrame:
+    """Return the values of the trials of a panel; see `MarkedPanel`."""
+    selection = layout.selection
+    trials = selection.trials[selection.study.done]
+    own = trials[trials["point"].isin(facet.points)]
+    rows = selection.study.series.merge(own, on="trial_id", suffixes=("", "_at_end"))
+    known = rows[np.isfinite(rows[metric].to_numpy(np.float64))]
+    points = selection.points.loc[known["point"]]
+    columns = {
+        "x": known["frame"] * (known["dt"] if layout.time else 1),
+        "y": known[metric],
+        "colour": colours_of(selection, layout.by, points).to_numpy(),
+        "trial": known["trial_id"],
+        "replicate": known["replicate"],
+        "point": known["point"],
+    }
+    return pd.DataFrame(columns)
 
 
 def _looks(layout: Curves, number: int) -> dict[str, Any]:
@@ -335,7 +382,10 @@ def plan(study: Results, choices: Choices) -> list[Planned]:
     )
     first = curves_layout(study, choices.by, names[:1])
     groups = [names] if len(first.facets) == 1 else [[name] for name in names]
-    layouts = [curves_layout(study, choices.by, group) for group in groups]
+    layouts = [
+        curves_layout(study, choices.by, group, trials=choices.trials)
+        for group in groups
+    ]
     labels = (
         [""]
         if len(groups) == 1 and not choices.metrics
@@ -351,13 +401,19 @@ def marks(study: Results, choices: Choices) -> FigureMarks:
     """Return the figure of the first chosen or first series metric as marks."""
     names = [Column.read(name).metric for name in choices.plain(study)]
     chosen = names[:1] if choices.metrics else series_metrics(study)[:1]
-    layout = curves_layout(study, choices.by, chosen)
+    layout = curves_layout(study, choices.by, chosen, trials=choices.trials)
     selection = layout.selection
     by = layout.by
     (metric,) = layout.metrics
     y = MarkedAxis(metric, quantity(selection.study, metric))
     panels = [
-        MarkedPanel(facet.title, layout.x, y, _marked(layout, metric, facet))
+        MarkedPanel(
+            facet.title,
+            layout.x,
+            y,
+            _marked(layout, metric, facet),
+            trials=_trials(layout, metric, facet) if layout.trials else None,
+        )
         for facet in layout.facets
     ]
     numbers = range(len(selection.values(by)) if by else 1)
@@ -397,7 +453,7 @@ def _marked(layout: Curves, metric: str, facet: Facet) -> pd.DataFrame:
 
 KIND = FigureKind(
     "each series metric against time: mean and confidence band",
-    ("by",),
+    ("by", "trials"),
     plan,
     of_several=True,
     marks=marks,

@@ -6,11 +6,12 @@ downwards from the top left, as in the published programs.
 """
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from itertools import cycle
 from textwrap import wrap
 
 import numpy as np
+import pandas as pd
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -32,6 +33,8 @@ from sweep.trial import TrialWorld
 LETTERS_AN_INCH = 18.0
 LETTERS_OF_AN_AXIS = 32
 LETTERS_OF_A_TITLE = 104
+PALE = 0.45
+"""Opacity of single trials."""
 MOST_COLUMNS = 8
 ROOM = 0.96
 """The fraction of the width of a figure that its legend may take."""
@@ -579,6 +582,34 @@ def title_panel(axes: Axes, lines: Iterable[str], across: int) -> None:
     axes.set_title(
         "\n".join(part for line in lines for part in wrap(line, letters)), fontsize=7.5
     )
+
+
+def draw_trials(
+    axes: Axes, trials: pd.DataFrame, colour_of: Callable[[int], str]
+) -> None:
+    """Draw single trials as small pale dots behind means.
+
+    Parameters
+    ----------
+    axes : Axes
+    trials : DataFrame
+        A row per trial, with the columns x, y and colour.
+    colour_of : callable
+        Function that returns the colour of a number in the column `colour`.
+    """
+    for number in sorted(set(trials["colour"])):
+        own = trials[trials["colour"] == number]
+        axes.plot(
+            own["x"],
+            own["y"],
+            color=colour_of(int(number)),
+            alpha=PALE,
+            linestyle="none",
+            marker="o",
+            markersize=3.4,
+            markeredgewidth=0,
+            zorder=1.5,
+        )
 
 
 def without_trials(axes: Axes) -> None:

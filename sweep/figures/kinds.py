@@ -130,16 +130,16 @@ def _check(
 ) -> None:
     choices.columns(study)
     selection = select(study)
-    for choice in ("by", "x", "y"):
+    for choice in ("by", "x", "y", "trials"):
         value = getattr(choices, choice)
         taking = [name for name, kind in known.items() if choice in kind.takes]
-        if value is not None:
+        if isinstance(value, str):
             selection.setting(value)
-            if names and not set(names) & set(taking):
-                raise ChoiceError(
-                    f"{choice} is for {', '.join(taking)}, not for {', '.join(names)}",
-                    study.name,
-                )
+        if value and names and not set(names) & set(taking):
+            raise ChoiceError(
+                f"{choice} is for {', '.join(taking)}, not for {', '.join(names)}",
+                study.name,
+            )
 
 
 def draw_figures(

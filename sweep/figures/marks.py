@@ -4,9 +4,10 @@ The module of a kind makes the marks from the layout and the table of the figure
 that marks and figure show equal numbers.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+import numpy as np
 import pandas as pd
 
 from sweep.errors import ChoiceError
@@ -19,6 +20,9 @@ MOST_MARKS = 5000
 """The most marks of one figure."""
 MOST_IDS = 50
 """The most points of a cell that a mark names."""
+MOST_TRIALS = 5000
+"""The most values of single trials in one figure."""
+TRIALS_NOTE = "\nsmall dots: single trials"
 
 
 class MarkedAxis(NamedTuple):
@@ -50,7 +54,9 @@ class MarkedPanel(NamedTuple):
     """A panel: title, axes, and `marks` with a row per mark.
 
     `FigureMarks` describes the columns of the marks. `span` has the left, right, lower
-    and upper end of the cells of all panels; it is empty for other marks.
+    and upper end of the cells of all panels; it is empty for other marks. `trials` has
+    a row per value of a single trial, with the columns x, y, colour, trial, replicate
+    and point; it is None for a figure without trials.
     """
 
     title: str
@@ -59,6 +65,7 @@ class MarkedPanel(NamedTuple):
     marks: pd.DataFrame
     span: tuple[float, ...] = ()
     line: MarkedLine = MarkedLine()
+    trials: pd.DataFrame | None = None
 
 
 class FigureMarks(NamedTuple):
@@ -160,6 +167,59 @@ def means_of(
         high: table[f"{metric}_high"],
         "n": table[f"{metric}_n"],
     }
+
+
+def values_of_trials(
+    selection: Selection, by: str | None, metrics: Mapping[str, str]
+) -> pd.DataFrame:
+    """Return the values of metrics of each trial of which the means are drawn.
+
+    Parameters
+    ----------
+    selection : Selection
+    by : str or None
+        Parameter of the colours.
+    metrics : mapping of str to str
+        Metrics by the name of the axis: "x" or "y".
+
+    Returns
+    -------
+    DataFrame
+        A row per done trial with a finite value of each metric. The columns are the
+        axes, colour, trial, replicate and point.
+    """
+    done = selection.trials[selection.study.done]
+    values = done[[*metrics.values()]].to_numpy(np.float64)
+    known = done[np.isfinite(values).all(axis=1)]
+    points = selection.points.loc[known["point"]]
+    columns = {
+        **{axis: known[name].to_numpy(np.float64) for axis, name in metrics.items()},
+        "colour": colours_of(selection, by, points).to_numpy(),
+        "trial": known["trial_id"].to_numpy(),
+        "replicate": known["replicate"].to_numpy(),
+        "point": known["point"].to_numpy(),
+    }
+    return pd.DataFrame(columns)
+
+
+def allow_trials(selection: Selection, number: int, kind: str) -> None:
+    """Raise ChoiceError for more than MOST_TRIALS values of single trials.
+
+    Parameters
+    ----------
+    selection : Selection
+    number : int
+        Number of values in the figure.
+    kind : str
+        Kind of the figure, for the error.
+    """
+    if number > MOST_TRIALS:
+        raise ChoiceError(
+            f"has {number:,} values of trials; allowed: up to {MOST_TRIALS:,};"
+            f" choose with where, {selection.example([*selection.points])}",
+            selection.study.name,
+            kind,
+        )
 
 
 def thinned(marks: FigureMarks) -> FigureMarks:

@@ -14,6 +14,7 @@ from sweep.analysis import nondominated
 from sweep.errors import ChoiceError
 from sweep.figures.directions import Direction, direction, opposed_metrics
 from sweep.figures.drawing import (
+    draw_trials,
     legend_of,
     note,
     quantity,
@@ -23,12 +24,15 @@ from sweep.figures.drawing import (
     words,
 )
 from sweep.figures.marks import (
+    TRIALS_NOTE,
     FigureMarks,
     MarkedAxis,
     MarkedPanel,
+    allow_trials,
     colours_of,
     legend_of_marks,
     means_of,
+    values_of_trials,
 )
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.selection import Facet, Selection, select
@@ -43,13 +47,15 @@ class Pareto(NamedTuple):
     """The contents of a Pareto figure.
 
     `directions` are the metrics on the axes, with directions. The values of the
-    parameter `by` are colours. Each facet has a panel.
+    parameter `by` are colours. Each facet has a panel. If `trials` is true, the values
+    of single trials are behind the means.
     """
 
     selection: Selection
     directions: tuple[Direction, Direction]
     by: str | None
     facets: list[Facet]
+    trials: bool
 
 
 def pareto_figure(
@@ -59,6 +65,7 @@ def pareto_figure(
     *,
     by: str | None = None,
     over: Over = "last",
+    trials: bool = False,
 ) -> Figure:
     """Draw the means of two metrics at all points, and the Pareto front.
 
@@ -81,6 +88,8 @@ def pareto_figure(
     over : {"last", "half"}, default "last"
         Use the last frame of each trial, or the mean over the second half. Applies to
         named metrics only.
+    trials : bool, default False
+        Draw the values of each trial behind the means.
 
     Returns
     -------
@@ -90,7 +99,7 @@ def pareto_figure(
     ------
     ChoiceError
         If a name is unknown, there are not two metrics, there is one point, or there
-        are more than twelve panels.
+        are more than twelve panels, or more than 5,000 trials with `trials`.
 
     Examples
     --------
@@ -103,7 +112,7 @@ def pareto_figure(
     [[0.58, 2.61]]
     """
     names = [column_over(name, over) for name in (first, second) if name]
-    return draw_pareto(pareto_layout(study, names, by=by))
+    return draw_pareto(pareto_layout(study, names, by=by, trials=trials))
 
 
 def pareto_layout(
@@ -111,6 +120,7 @@ def pareto_layout(
     metrics: list[str],
     *,
     by: str | None,
+    trials: bool = False,
 ) -> Pareto:
     """Return the layout of `pareto_figure`, or raise ChoiceError.
 
@@ -121,6 +131,8 @@ def pareto_layout(
         Two columns of the trials, each with a direction; if empty, the default metrics.
     by : str or None
         Parameter of the colours.
+    trials : bool, default False
+        Show the values of trials.
     """
     selection = select(study)
     if not metrics:
@@ -151,12 +163,14 @@ def pareto_layout(
     )
     colour = selection.colour(by, dividing, []) if by or dividing else None
     facets = selection.panels([name for name in dividing if name != colour], "pareto")
-    return Pareto(selection, (first, second), colour, facets)
+    if trials:
+        allow_trials(selection, int(study.done.sum()), "pareto")
+    return Pareto(selection, (first, second), colour, facets, trials=trials)
 
 
 def draw_pareto(layout: Pareto) -> Figure:
     """Draw the figure of a layout."""
-    selection, (first, second), _, facets = layout
+    selection, (first, second), _, facets, _ = layout
     table = selection.table([first.metric, second.metric])
     with style.context(STYLE):
         across = min(2 if len(facets) in (2, 4) else 3, len(facets))
@@ -181,6 +195,8 @@ def draw_pareto(layout: Pareto) -> Figure:
 def _panel(axes: Axes, layout: Pareto, table: pd.DataFrame) -> None:
     first, second = layout.directions
     by = layout.by
+    if layout.trials:
+        draw_trials(axes, _trials(layout, table), COLOURS.__getitem__)
     for place, value in enumerate(layout.selection.values(by) if by else [None]):
         part = table[table[by] == value] if by else table
         colour = COLOURS[place]
@@ -214,6 +230,14 @@ def _panel(axes: Axes, layout: Pareto, table: pd.DataFrame) -> None:
             markersize=4,
             markerfacecolor="white",
         )
+
+
+def _trials(layout: Pareto, table: pd.DataFrame) -> pd.DataFrame:
+    """Return the values of the trials of a panel; see `MarkedPanel`."""
+    first, second = layout.directions
+    metrics = {"x": first.metric, "y": second.metric}
+    values = values_of_trials(layout.selection, layout.by, metrics)
+    return values[values["point"].isin(table.index)]
 
 
 def _intervals(
@@ -260,7 +284,8 @@ def _note(layout: Pareto, table: pd.DataFrame) -> str:
     drawn = "" if max(sizes) <= MOST_INTERVALS else " of the front"
     text = f"{span(sizes)} points per panel, {{n}} trials per point"
     interval = f"means with 95 % confidence intervals{drawn}, not simultaneous"
-    return layout.selection.note(text, table[f"{metrics[0]}_n"], interval, metrics)
+    note = layout.selection.note(text, table[f"{metrics[0]}_n"], interval, metrics)
+    return note + (TRIALS_NOTE if layout.trials else "")
 
 
 def plan(study: Results, choices: Choices) -> list[Planned]:
@@ -271,7 +296,7 @@ def plan(study: Results, choices: Choices) -> list[Planned]:
         else choices._replace(metrics=tuple(opposed_metrics(study)))
     )
     metrics = directions.columns(study) if directions.metrics else []
-    layout = pareto_layout(study, metrics, by=choices.by)
+    layout = pareto_layout(study, metrics, by=choices.by, trials=choices.trials)
     return [
         Planned(
             "-".join(aim.metric for aim in layout.directions),
@@ -284,7 +309,7 @@ def marks(study: Results, choices: Choices) -> FigureMarks:
     """Return the figure as marks, in which `best` marks the points of fronts."""
     metrics = choices.metrics or tuple(opposed_metrics(study))
     names = choices._replace(metrics=metrics).columns(study) if metrics else []
-    layout = pareto_layout(study, names, by=choices.by)
+    layout = pareto_layout(study, names, by=choices.by, trials=choices.trials)
     selection = layout.selection
     first, second = layout.directions
     table = selection.table([first.metric, second.metric])
@@ -294,6 +319,7 @@ def marks(study: Results, choices: Choices) -> FigureMarks:
             MarkedAxis(first.metric, _label(selection, first)),
             MarkedAxis(second.metric, _label(selection, second)),
             _marked(layout, table.loc[facet.points]),
+            trials=_trials(layout, table.loc[facet.points]) if layout.trials else None,
         )
         for facet in layout.facets
     ]
@@ -325,7 +351,7 @@ def _marked(layout: Pareto, table: pd.DataFrame) -> pd.DataFrame:
 
 KIND = FigureKind(
     "two metrics against each other, and the Pareto front",
-    ("by",),
+    ("by", "trials"),
     plan,
     marks=marks,
 )

@@ -29,6 +29,8 @@ class Choices(NamedTuple):
         Parameters of the axes.
     half : bool, default False
         Use the mean over the second half of each trial in place of the last frame.
+    trials : bool, default False
+        Draw the value of each trial behind the means.
     """
 
     metrics: tuple[str, ...] = ()
@@ -36,6 +38,7 @@ class Choices(NamedTuple):
     x: str | None = None
     y: str | None = None
     half: bool = False
+    trials: bool = False
 
     def columns(self, study: Results) -> list[str]:
         """Return the columns of the trials to draw, with directions, if chosen.
@@ -106,7 +109,7 @@ class FigureKind(NamedTuple):
     text : str
         Contents of the figures, for help.
     takes : tuple of str
-        Choices that the kind takes: some of "by", "x" and "y".
+        Choices that the kind takes: some of "by", "x", "y" and "trials".
     plan : callable
         Function that plans the figures of a study, without drawing. The function raises
         ChoiceError if the kind does not suit the study. The argument is a

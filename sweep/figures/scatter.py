@@ -16,6 +16,7 @@ from matplotlib.lines import Line2D
 from sweep.analysis import rank_estimate
 from sweep.errors import ChoiceError
 from sweep.figures.drawing import (
+    draw_trials,
     estimated,
     legend_of,
     note,
@@ -26,13 +27,16 @@ from sweep.figures.drawing import (
     y_label,
 )
 from sweep.figures.marks import (
+    TRIALS_NOTE,
     FigureMarks,
     MarkedAxis,
     MarkedPanel,
+    allow_trials,
     axis_of,
     colours_of,
     legend_of_marks,
     means_of,
+    values_of_trials,
 )
 from sweep.figures.planning import Choices, FigureKind, Planned
 from sweep.figures.scales import Floats, is_logarithmic, label_setting, places
@@ -67,12 +71,14 @@ class Scatter(NamedTuple):
     """The contents of a scatter figure.
 
     The values of the parameter `by` are colours. The panels of a facet are in one row.
+    If `trials` is true, the values of single trials are behind the means.
     """
 
     selection: Selection
     metric: str
     by: str | None
     rows: list[list[Panel]]
+    trials: bool
 
 
 def scatter_figure(
@@ -82,6 +88,7 @@ def scatter_figure(
     *,
     by: str | None = None,
     over: Over = "last",
+    trials: bool = False,
 ) -> Figure:
     """Draw the mean of a metric at all points against parameters.
 
@@ -102,6 +109,8 @@ def scatter_figure(
         three values.
     over : {"last", "half"}, default "last"
         Use the last frame of each trial, or the mean over the second half.
+    trials : bool, default False
+        Draw the value of each trial behind the means.
 
     Returns
     -------
@@ -110,7 +119,8 @@ def scatter_figure(
     Raises
     ------
     ChoiceError
-        If a name is unknown, no parameter varies, or there are more than twelve panels.
+        If a name is unknown, no parameter varies, or there are more than twelve panels,
+        or more than 5,000 values of trials.
 
     Examples
     --------
@@ -122,7 +132,8 @@ def scatter_figure(
     >>> means.get_xydata().round(2).tolist()
     [[0.5, 0.57], [1.0, 0.3], [2.0, 0.58]]
     """
-    return draw_scatter(scatter_layout(study, column_over(metric, over), x, by=by))
+    column = column_over(metric, over)
+    return draw_scatter(scatter_layout(study, column, x, by=by, trials=trials))
 
 
 def scatter_layout(
@@ -131,6 +142,7 @@ def scatter_layout(
     x: str | None,
     *,
     by: str | None,
+    trials: bool = False,
 ) -> Scatter:
     """Return the layout of `scatter_figure`, or raise ChoiceError.
 
@@ -141,6 +153,8 @@ def scatter_layout(
         Column of the trials.
     x, by : str or None
         Parameters as in `scatter_figure`.
+    trials : bool, default False
+        Show the values of trials.
     """
     selection = select(study)
     recorded(study, metric)
@@ -176,7 +190,9 @@ def scatter_layout(
         "scatter",
         "" if x else f"choose with x, one of {', '.join(names)}, or where",
     )
-    return Scatter(selection, metric, colour, rows)
+    if trials:
+        allow_trials(selection, len(names) * int(study.done.sum()), "scatter")
+    return Scatter(selection, metric, colour, rows, trials=trials)
 
 
 def _facets(selection: Selection, name: str, colour: str | None) -> list[Facet]:
@@ -187,7 +203,7 @@ def _facets(selection: Selection, name: str, colour: str | None) -> list[Facet]:
 
 def draw_scatter(layout: Scatter) -> Figure:
     """Draw the figure of a layout."""
-    selection, metric, by, _ = layout
+    selection, metric, by, *_ = layout
     table = selection.table([metric])
     panels = _rows(layout)
     with style.context(STYLE):
@@ -240,13 +256,17 @@ def _size(panels: list[list[Panel]]) -> tuple[float, float]:
 
 def _panel(axes: Axes, layout: Scatter, panel: Panel, table: pd.DataFrame) -> list[str]:
     """Draw the points of a panel, and return the rank correlations for the title."""
-    selection, metric, by, _ = layout
+    selection, metric, by, *_ = layout
     groups = selection.values(by) if by else [None]
     few = table[metric].notna().sum() <= MOST_INTERVALS
     column = selection.points[panel.name]
     parts = [table[table[by] == value] if by else table for value in groups]
     beside = _side_by_side(selection, panel.name, pd.concat(parts))
     correlations = []
+    if layout.trials:
+        trials = _trials(layout, panel)
+        shifted = trials.assign(x=trials["point"].map(beside))
+        draw_trials(axes, shifted, COLOURS.__getitem__)
     for place, (value, part) in enumerate(zip(groups, parts, strict=True)):
         at = places(selection, panel.name, part[panel.name])
         shown = np.asarray(beside.loc[part.index], np.float64)
@@ -271,6 +291,15 @@ def _panel(axes: Axes, layout: Scatter, panel: Panel, table: pd.DataFrame) -> li
                 + (f" ({words(value)})" if by else "")
             )
     return correlations
+
+
+def _trials(layout: Scatter, panel: Panel) -> pd.DataFrame:
+    """Return the values of the trials of a panel; see `MarkedPanel`."""
+    selection = layout.selection
+    values = values_of_trials(selection, layout.by, {"y": layout.metric})
+    rows = values[values["point"].isin(panel.facet.points)]
+    column = selection.points.loc[rows["point"], panel.name]
+    return rows.assign(x=places(selection, panel.name, column))
 
 
 def _side_by_side(
@@ -353,19 +382,26 @@ def _note(layout: Scatter, table: pd.DataFrame, *, correlated: bool) -> str:
         "\n\N{GREEK SMALL LETTER RHO}:"
         " Spearman's rank correlation over the points, with 95 % confidence interval"
     )
-    return selection.note(
-        text,
-        table[f"{metric}_n"],
-        drawn,
-        metrics=[metric] if some else [],
-        shown=[metric],
-    ) + (correlation if correlated else "")
+    return (
+        selection.note(
+            text,
+            table[f"{metric}_n"],
+            drawn,
+            metrics=[metric] if some else [],
+            shown=[metric],
+        )
+        + (correlation if correlated else "")
+        + (TRIALS_NOTE if layout.trials else "")
+    )
 
 
 def plan(study: Results, choices: Choices) -> list[Planned]:
     """Plan one figure per metric. Raises ChoiceError if the kind does not suit."""
     names = choices.plain(study)
-    layouts = [scatter_layout(study, name, choices.x, by=choices.by) for name in names]
+    layouts = [
+        scatter_layout(study, name, choices.x, by=choices.by, trials=choices.trials)
+        for name in names
+    ]
     return [
         Planned(name, partial(draw_scatter, layout))
         for name, layout in zip(names, layouts, strict=True)
@@ -378,7 +414,9 @@ def marks(study: Results, choices: Choices) -> FigureMarks:
     Lines join the marks if the values of all parameters on x axes are listed numbers.
     """
     metric = choices.plain(study)[0]
-    layout = scatter_layout(study, metric, choices.x, by=choices.by)
+    layout = scatter_layout(
+        study, metric, choices.x, by=choices.by, trials=choices.trials
+    )
     selection = layout.selection
     table = selection.table([metric])
     panels = [
@@ -408,9 +446,15 @@ def _marked(layout: Scatter, panel: Panel, table: pd.DataFrame) -> MarkedPanel:
     }
     y = MarkedAxis(metric, quantity(selection.study, metric))
     rows = pd.DataFrame(columns, index=table.index).sort_values("x", kind="stable")
-    return MarkedPanel(panel.facet.title, axis_of(selection, panel.name), y, rows)
+    trials = _trials(layout, panel) if layout.trials else None
+    x = axis_of(selection, panel.name)
+    return MarkedPanel(panel.facet.title, x, y, rows, trials=trials)
 
 
 KIND = FigureKind(
-    "a metric against each parameter", ("by", "x"), plan, of_several=True, marks=marks
+    "a metric against each parameter",
+    ("by", "x", "trials"),
+    plan,
+    of_several=True,
+    marks=marks,
 )

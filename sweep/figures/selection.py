@@ -149,6 +149,12 @@ class Selection:
                 groups = finer
         return chosen
 
+    @property
+    def derived(self) -> list[str]:
+        """The parameters that follow from others, such as the height of a square."""
+        free = {*self.sampled, *self.apart([]), *self.study.kept_apart}
+        return [str(name) for name in self.points if name not in free]
+
     def mixed(self, shown: Sequence[str]) -> list[str]:
         """Return the parameters in which points differ that agree in all of `shown`."""
         if not len(self.points.columns):

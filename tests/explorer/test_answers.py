@@ -2,6 +2,7 @@
 for a question that is none.
 """
 
+import base64
 import json
 import shlex
 from itertools import cycle, product
@@ -158,6 +159,139 @@ def test_the_command_below_a_figure_draws_that_figure(
     assert seen == [(figure["kind"], figure["note"].replace("\n", " "))]
 
 
+FILES = [
+    ("small", "scatter", "svg", "89"),
+    ("small", "curves", "png", ""),
+    ("grid", "heatmap", "pdf", "183"),
+    ("drawn", "scatter", "png", "89"),
+    ("covering", "pareto", "svg", ""),
+    ("repeated", "narrowing", "svg", ""),
+    ("profiled", "profiles", "pdf", ""),
+    ("searched", "history", "svg", ""),
+    ("searched", "front", "png", "183"),
+]
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "ending", "width"), slow_but(FILES[:1], FILES)
+)
+def test_a_file_of_a_figure_is_the_file_of_its_command(
+    name: str, kind: str, ending: str, width: str, tmp_path: Path
+) -> None:
+    """The name and every byte; where a command writes several files, the first."""
+    results = plotted.study(name).store.folder.parent
+    pairs = [("study", name), ("kind", kind), ("width", width)]
+    figure = told(results, "figure", *pairs)
+    assert (f"--width {width}" in figure["command"]) == bool(width)
+    command = [*shlex.split(figure["command"])[1:], "--format", ending]
+    done = sweep(Path.cwd(), *command, "--out", str(tmp_path))
+    assert done.returncode == 0, done.stderr
+    first = Path(done.stdout.splitlines()[0])
+    file = told(results, "file", *pairs, ("format", ending))
+    assert (file["name"], base64.b64decode(file["base64"])) == (
+        first.name,
+        first.read_bytes(),
+    )
+
+
+@pytest.mark.parametrize(
+    ("kind", "why_not"), [("scatter", ""), ("curves", "has 36 values of trials")]
+)
+def test_single_trials_are_in_the_command_or_have_a_reason_why_not(
+    kind: str, why_not: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(marks, "MOST_TRIALS", 6)
+    results = plotted.study("small").store.folder.parent
+    pairs = [("study", "small"), ("kind", kind)]
+    figure = told(results, "figure", *pairs)
+    assert figure["trials_why_not"].startswith(why_not)
+    assert "--trials" not in figure["command"]
+    figure = told(results, "figure", *pairs, ("trials", "yes"))
+    assert figure["refusal"] == ""
+    if why_not:
+        assert "--trials" not in figure["command"]
+        return
+    assert f"plot small {kind} --trials " in figure["command"]
+    columns = figure["panels"][0]["trials"]["columns"]
+    assert set(columns) == {"x", "y", "colour", "trial", "replicate", "point"}
+
+
+def test_a_heatmap_is_drawn_as_if_no_single_trials_were_chosen() -> None:
+    results = plotted.study("drawn").store.folder.parent
+    pairs = [("study", "drawn"), ("kind", "heatmap"), ("trials", "yes")]
+    figure = told(results, "figure", *pairs)
+    assert "--trials" not in figure["command"]
+    assert figure["trials_why_not"].endswith("not for heatmap")
+    assert [panel["trials"] for panel in figure["panels"]] == [None, None]
+
+
+def test_files_that_cannot_be_drawn_are_refused_before_any_work(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    results = plotted.study("small").store.folder.parent
+    for pair, words in (
+        (("format", "gif"), 'unknown format "gif"'),
+        (("width", "9000"), 'unknown width in mm "9000"'),
+    ):
+        with pytest.raises(ChoiceError, match=words):
+            told(results, "file", ("study", "small"), pair)
+    repeated: list[str] = []
+
+    def again(*_: object, **__: object) -> list[Path]:
+        """Another page that asks for a file while this one is drawn."""
+        with pytest.raises(ChoiceError) as refused:
+            told(results, "file", ("study", "small"))
+        repeated.append(refused.value.reason)
+        raise ChoiceError("cannot be written")
+
+    with monkeypatch.context() as patched:
+        patched.setattr("sweep.explorer.drawn.draw_figures", again)
+        with pytest.raises(ChoiceError, match="cannot be written"):
+            told(results, "file", ("study", "small"))
+    assert repeated == ["another file is drawn at the moment; repeat the request"]
+    assert told(results, "file", ("study", "small"))["name"] == "scatter-speed.png"
+
+
+def test_a_kind_that_does_not_suit_has_its_reason_and_its_choices() -> None:
+    """So a choice that the reason names can be made."""
+    results = plotted.study("small").store.folder.parent
+    answer = told(results, "figure", ("study", "small"), ("kind", "heatmap"))
+    assert (answer["kind"], answer["takes"]) == ("heatmap", ["x", "y"])
+    assert answer["refusal"].startswith("needs two varied parameters")
+    assert answer["refusal"] == answer["kinds"]["heatmap"]["why_not"]
+    assert answer["settings"] == ["separation_weight"]
+
+
+DERIVED = {
+    "repeated": ["borders"],  # minimum_image follows
+    "grid": ["separation_weight", "alignment_weight", "borders"],
+    "sized": ["n", "separation_weight"],  # width and height follow
+    "chained": ["direction", "separation_weight"],
+    "ablated": ["detail"],
+    "drawn": ["n", "separation_weight", "alignment_weight", "cohesion_weight"],
+}
+
+
+@pytest.mark.parametrize("name", slow_but(["repeated"], DERIVED))
+def test_only_what_varies_freely_is_offered_and_named(name: str) -> None:
+    study = plotted.study(name)
+    results = study.store.folder.parent
+    assert told(results, "figure", ("study", name))["settings"] == DERIVED[name]
+    point = str(study.points.index[0])
+    answer = told(results, "trials", ("study", name), ("point", point))
+    assert [*answer["settings"][point]] == DERIVED[name]
+
+
+def test_kinds_of_searches_are_offered_to_searches() -> None:
+    results = plotted.study("small").store.folder.parent
+    of_search = {name for name, kind in kinds.KINDS.items() if kind.of_search}
+    answer = told(results, "figure", ("study", "small"))
+    assert not of_search & answer["kinds"].keys()
+    chosen = told(results, "figure", ("study", "small"), ("kind", "front"))
+    assert of_search & chosen["kinds"].keys() == {"front"}
+    assert chosen["refusal"]
+
+
 def test_no_more_marks_leave_the_server_than_allowed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -169,8 +303,11 @@ def test_no_more_marks_leave_the_server_than_allowed(
     assert [len(one["panels"][0]["marks"]["data"]) for one in (whole, few)] == [60, 20]
     assert few["thinned"] == "1 of 3 marks of 60"
     monkeypatch.setattr(marks, "MOST_MARKS", 5)
+    refused = told(results, "figure", *asked[:1], ("kind", "heatmap"))
+    assert "18 cells; allowed: up to 5" in refused["refusal"]
+    assert refused["panels"] == []
     with pytest.raises(ChoiceError, match="18 cells; allowed: up to 5"):
-        told(results, "figure", *asked[:1], ("kind", "heatmap"))
+        told(results, "file", *asked[:1], ("kind", "heatmap"))
 
 
 def test_trials_that_are_not_done_come_first_then_worst_median_best() -> None:
@@ -259,7 +396,7 @@ def test_a_launch_is_seen_while_it_runs_and_only_what_is_new_is_read(
 def test_looking_writes_nothing(tmp_path: Path) -> None:
     launched(SMALL, tmp_path)
     before = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")}
-    for question in ("studies", "state", "points", "trials", "figure"):
+    for question in ("studies", "state", "points", "trials", "figure", "file"):
         pairs = [] if question == "studies" else [("study", "small")]
         told(tmp_path, question, *pairs)
     assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")} == before

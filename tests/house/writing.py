@@ -66,6 +66,9 @@ OTHERWISE = {
     ),
     "sweep/store/user_key.py fdopen": "the same key",
     "sweep/store/user_key.py hardlink_to": ("the same key, which comes to be whole"),
+    "sweep/explorer/drawn.py TemporaryDirectory": (
+        "a file of a figure, which the page gets; nobody else may enter it"
+    ),
     "sweep/web/export.py TemporaryFile": "a film for the page; it has no name",
     "sweep/workers/watch.py mkstemp": (
         "the board, which workers map: made exclusively, for us alone"

@@ -1,5 +1,6 @@
 """The explorer in a browser: from the list of studies to a trial that plays."""
 
+import base64
 import http.client
 import json
 import re
@@ -12,7 +13,10 @@ import pytest
 from playwright.sync_api import Browser, Page, Route, expect
 
 from sweep.cli.progress import ProgressBar
+from sweep.explorer.asking import AskFile
+from sweep.explorer.drawn import file
 from sweep.explorer.site import explorer
+from sweep.explorer.watching import Watched
 from sweep.published.publications import read_all
 from sweep.published.reproducing import reproduce
 from sweep.tables.stored_study import StoredStudy
@@ -75,11 +79,35 @@ def seen(page: Page, selector: str) -> None:
     expect(page.locator(selector).first).to_be_visible()
 
 
+ALIGNED = """(selector) => {
+  const table = document.querySelector(`${selector} table`);
+  const edges = (cell) => {
+    const range = document.createRange();
+    const texts = document.createTreeWalker(cell, NodeFilter.SHOW_TEXT);
+    range.selectNodeContents(texts.nextNode() ?? cell);
+    const { left, right, bottom } = range.getBoundingClientRect();
+    return { left, right, bottom };
+  };
+  const heads = [...table.tHead.rows[0].cells];
+  return [...table.tBodies[0].rows].flatMap((row) =>
+    [...row.cells].flatMap((cell, i) => {
+      const side = cell.classList.contains("number") ? "right" : "left";
+      const apart = Math.abs(edges(cell)[side] - edges(heads[i])[side]);
+      const below = Math.abs(edges(cell).bottom - edges(row.cells[0]).bottom);
+      return apart < 1 && below < 1 ? [] : [`${cell.textContent}: ${apart} ${below}`];
+    })
+  );
+}"""
+"""The cells of a table that are not below their heading, or not on a line."""
+
+
 @pytest.mark.smoke
 def test_a_tour_from_the_list_to_a_trial_that_plays(opened: Open) -> None:
     page = opened()
     page.get_by_role("button", name="small", exact=True).click()
     seen(page, ".figure .board")
+    seen(page, "[aria-label=points] tbody button")
+    assert page.evaluate(ALIGNED, "[aria-label=points]") == []
     assert "6 trials at 2 points: 6 done." in page.locator(".counts").inner_text()
     page.locator("[aria-label=points] tbody button").first.click()
     seen(page, "[aria-label=trials] tbody button")
@@ -217,7 +245,7 @@ def scripts(page: Page) -> dict[str, int]:
     return found
 
 
-MOST_SCRIPT = 120_000  # bytes, of all scripts that a view loads before a trial plays
+MOST_SCRIPT = 126_000  # bytes, of all scripts that a view loads before a trial plays
 VIEWS = {
     "": "table",
     "#study=small&kind=curves": ".figure .board",
@@ -398,19 +426,21 @@ def test_profiles_are_curves_whose_points_lead_to_their_trials(opened: Open) -> 
 
 
 def test_an_address_of_a_figure_that_does_not_suit_leads_to_one_that_does(
-    browser: Browser, server: PageServer
+    opened: Open,
 ) -> None:
-    page = browser.new_page()  # where the browser may say that it was refused
-    page.goto(f"{server.url}#study=small&kind=heatmap")
+    page = opened("#study=small&kind=heatmap")
     refusal = page.locator(".figure .refusal").first
     expect(refusal).to_contain_text("needs two varied parameters")
-    expect(page.locator("#figure-kind")).to_be_hidden()  # it has nothing to choose
+    expect(page.locator("#figure-kind")).to_have_value("heatmap")
+    expect(page.locator("#figure-x")).to_be_visible()
+    assert found(page) == []
+    page.locator("#figure-kind").select_option("profiles")
+    expect(refusal).to_contain_text("profiles")
     page.get_by_role("button", name="Show a suitable figure").click()
     seen(page, ".figure .board")
     expect(refusal).to_be_hidden()
     expect(page.locator("#figure-kind")).to_be_visible()
     assert "kind" not in page.url
-    page.close()
 
 
 def test_what_is_chosen_is_marked_before_anything_is_answered(opened: Open) -> None:
@@ -429,6 +459,69 @@ def test_what_is_chosen_is_marked_before_anything_is_answered(opened: Open) -> N
     for route in held:
         route.continue_()
     page.unroute_all(behavior="ignoreErrors")
+
+
+TRIAL_AT = """() => {
+  const [board] = explorer.figure.boards;
+  const dot = board.trials.reduce((one, other) => (one.y > other.y ? one : other));
+  const { left, top } = board.element.getBoundingClientRect();
+  const { x, y } = board.placeOf(dot);
+  return [left + x, top + y, dot.trial, dot.point, board.y.last >= dot.y];
+}"""
+
+
+def test_each_trial_is_a_dot_that_a_click_and_the_keyboard_play(opened: Open) -> None:
+    page = opened("#study=small&kind=scatter&metric=speed")
+    seen(page, ".figure .board")
+    assert page.evaluate("explorer.figure.boards[0].trials.length") == 0
+    page.get_by_role("checkbox", name="trials").check()
+    expect(page.locator(".figure code")).to_contain_text("plot small scatter --trials")
+    assert "trials=yes" in page.url
+    x, y, trial, point, is_within = page.evaluate(TRIAL_AT)
+    assert is_within
+    page.mouse.move(x, y)
+    stored = plotted.study("small").trials.set_index("trial_id").loc[trial]
+    tip = page.locator(".figure .tip")
+    expect(tip).to_contain_text(f"speed (px/step): {stored['speed']:.4g}")
+    expect(tip).to_contain_text(f"trial {trial[:8]}, replicate {stored['replicate']}")
+    page.mouse.click(x, y)
+    expect(page).to_have_url(re.compile(f"point={point}&trial={trial}"))
+    row = page.locator("[aria-label=trials] tr.chosen button").first
+    expect(row).to_contain_text(trial[:8])
+    board = page.locator(".figure .board").first
+    board.focus()
+    for key in ("ArrowRight", "ArrowUp"):
+        page.keyboard.press(key)
+    here = page.evaluate("explorer.figure.boards[0].picker.here.trial")
+    assert here
+    expect(tip).to_contain_text(f"trial {here[:8]}")
+    page.keyboard.press("Enter")
+    expect(page).to_have_url(re.compile(f"trial={here}"))
+    assert found(page) == []
+    page.goto(f"{page.url.partition('#')[0]}#study=grid&kind=heatmap&trials=yes")
+    expect(page.get_by_role("checkbox", name="trials")).to_be_disabled()
+    expect(page.locator("#figure-why")).to_contain_text("not for heatmap")
+
+
+def test_a_figure_is_saved_in_the_width_that_the_address_names(
+    opened: Open, results: Path
+) -> None:
+    page = opened("#study=grid&kind=scatter&metric=speed")
+    seen(page, ".figure .board")
+    page.locator("#figure-width").select_option("89")
+    expect(page.locator(".figure code")).to_contain_text("--width 89")
+    assert "width=89" in page.url
+    button = page.locator(".figure .files").get_by_role("button", name="SVG")
+    with page.expect_download() as download:
+        button.press("Enter")
+    assert download.value.suggested_filename == "scatter-speed.svg"
+    question = AskFile("grid", "scatter", ("speed",), width="89", format="svg")
+    content = base64.b64decode(file(Watched(results), question)["base64"])
+    assert Path(download.value.path()).read_bytes() == content
+    expect(button).to_be_focused()
+    page.route(re.compile("ask/file"), lambda route: route.fulfill(body="no file"))
+    button.press("Enter")
+    expect(page.locator(".figure")).to_contain_text("The file was not drawn")
 
 
 def test_the_simulator_loads_when_a_trial_plays(opened: Open) -> None:
@@ -601,6 +694,8 @@ def test_only_who_has_the_token_and_asks_this_machine_is_answered(
         "trials?study=small&point=x",
         "figure?study=small&kind=%3Cscript%3E",
         "figure?study=small&x=lacking",
+        "figure?study=small&width=1e9",
+        "file?study=small&format=..%2Fup",
         "spec?study=small&trial=zzz",
         "compare?a=small",
         "compare?a=small&b=%00",

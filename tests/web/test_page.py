@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from playwright.sync_api import Browser
+from playwright.sync_api import Browser, expect
 
 from kernels.catalogue import BUILT_IN
 from kernels.models import MODELS
@@ -30,6 +30,7 @@ from sweep.web.state import from_study
 from tests import builders, oscillators, studies
 from tests.patience import PATIENCE
 from tests.web.chromium import Opened, running_server
+from tests.web.test_axe import found
 
 Open = Callable[..., Opened]
 Bodies = NDArray[np.float64]
@@ -768,6 +769,33 @@ def test_metrics_are_plotted_as_they_are_measured_and_chosen_from_a_list(
     assert page.page.get_by_role("img", name="polarization: ").count() == 1
     page.page.get_by_role("button", name="Remove the plot of polarization").click()
     page.until("!boidsweep.view.state.plots.includes('polarization')")
+
+
+def test_settings_and_metrics_are_searched(opened: Open) -> None:
+    page = opened()
+    root = page.page
+    rows = root.locator(".group [data-name]")
+    opened_before = root.locator(".group[open]").count()
+    field = root.get_by_label("Search settings")
+    field.fill("Separation_weight")
+    expect(rows.locator("visible=true")).to_have_count(1)
+    expect(root.locator("[data-name=separation_weight]")).to_be_visible()
+    assert found(root) == []
+    page.ask("boidsweep.view.groups.offer(boidsweep.view.controls)")  # anew
+    expect(rows.locator("visible=true")).to_have_count(1)
+    field.fill("no such words")
+    expect(rows.locator("visible=true")).to_have_count(0)
+    expect(root.get_by_text('nothing has "no such words"')).to_be_visible()
+    field.fill("")
+    assert root.locator(".group[open]").count() == opened_before
+    expect(root.locator("[data-name=separation_weight]")).to_be_visible()
+    root.get_by_role("button", name="Choose metrics").click()
+    root.get_by_label("Search metrics").fill("polarization")
+    labels = root.locator("dialog[open] .choices label").locator("visible=true")
+    texts = labels.all_inner_texts()
+    assert texts
+    assert all("polarization" in text.lower() for text in texts)
+    assert found(root) == []
 
 
 def test_a_run_goes_on_when_its_last_plot_is_removed(opened: Open) -> None:

@@ -195,10 +195,10 @@ def test_the_page_has_the_numbers_of_the_table(
     page, rows = shown(file), content_of(file.read_bytes())["rows"]
     columns = ("separation_weight", "speed", "speed_low", "speed_high", "speed_n")
     for place, row in enumerate(rows):
-        cells = (
-            page.locator(".means tbody tr").nth(place).locator("td").all_inner_texts()
-        )
-        assert [float(cell) for cell in cells[1:6]] == [row[name] for name in columns]
+        cells = page.locator(".means tbody tr").nth(place).locator("td").all()[1:6]
+        exact = [float(cell.get_attribute("title") or "") for cell in cells]
+        assert exact == [row[name] for name in columns]
+        assert [cell.inner_text() for cell in cells] == [f"{one:.6g}" for one in exact]
 
 
 def test_the_marks_lie_where_the_numbers_say(

@@ -90,8 +90,9 @@ export class TrialTable {
     this.dots.mark(choice);
     const row = trials.rows.find(({ trial_id: id }) => id === choice.trial);
     if (row) this.dots.tell([settingsSaid(settings[row.point]), told(row, unit)]);
-    const headings = ["trial", "replicate", value, "reason"].map((text) => ({
+    const headings = ["trial", "replicate", value, "reason"].map((text, i) => ({
       text,
+      isNumber: i === 1 || i === 2,
     }));
     this.table.show({ ...trials, headings, rows, what: "trials" });
   }

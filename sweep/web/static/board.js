@@ -4,7 +4,7 @@ import { Axis } from "./axes.js";
 import { contextOf, make, named } from "./dom.js";
 import { diamond, MarkPicker, ring } from "./picking.js";
 
-/** @import { Dot, Known, Panel, Published } from "./explorer.d.ts" */
+/** @import { Dot, Known, Marks, Panel, Published } from "./explorer.d.ts" */
 /** @import { Choose, Place } from "./picking.js" */
 
 export const HEIGHT = 300;
@@ -15,9 +15,10 @@ const TOP = 8;
 const RIGHT = 12;
 const FONT = "12px system-ui, sans-serif";
 const REACH = 14; // pixels from a mark
+const ON = 6; // pixels from a mark, or from the value of a trial
 
-/** @param {Panel} panel @returns {Dot[]} */
-export function dotsOf({ marks: { columns, data } }) {
+/** @param {Marks} marks @returns {Dot[]} */
+function dotsOf({ columns, data }) {
   return data.map((row) =>
     Object.assign(
       Object.fromEntries(columns.map((name, i) => [name, row[i]])),
@@ -46,7 +47,10 @@ export class Board {
     this.published = [];
     this.over = over;
     this.choose = choose;
-    this.dots = dotsOf(panel);
+    this.dots = dotsOf(panel.marks);
+    this.trials = panel.trials ? dotsOf(panel.trials) : [];
+    this.playing = ""; // the id of a trial
+    this.reach = REACH;
     /** @type {Set<string>} */
     this.chosen = new Set();
     this.left = LEFT; // of the plotting area, in pixels
@@ -68,9 +72,10 @@ export class Board {
     this.draw();
   }
 
-  /** @param {Set<string>} points */
-  mark(points) {
+  /** @param {Set<string>} points @param {string} playing */
+  mark(points, playing) {
     this.chosen = points;
+    this.playing = playing;
     this.draw();
   }
 
@@ -87,10 +92,11 @@ export class Board {
   /** @returns {[Axis, Axis]} */
   scales() {
     const { x, y } = this.panel;
-    const across = known(this.dots.flatMap((dot) => [dot.x, dot.x_low, dot.x_high]));
+    const shown = [...this.dots, ...this.trials];
+    const across = known(shown.flatMap((dot) => [dot.x, dot.x_low, dot.x_high]));
     const values = this.published.map(({ value }) => value);
     const up = known([
-      ...this.dots.flatMap((dot) => [dot.y, dot.low, dot.high]),
+      ...shown.flatMap((dot) => [dot.y, dot.low, dot.high]),
       ...values,
     ]);
     return [new Axis([...across, ...known([x.low])], x), new Axis(up, y)];
@@ -204,23 +210,30 @@ export class Board {
     return { x: this.pixel("x", dot.x), y: this.pixel("y", dot.y) };
   }
 
+  // The mark at a place, else the trial there, else the nearest mark.
   /** @param {Place} place @returns {Dot | null} */
   find(place) {
-    return nearestTo(place, this, REACH);
+    const { dots, trials, reach } = this;
+    /** @param {Dot[]} some @param {number} most */
+    const nearest = (some, most) =>
+      nearestTo(place, some, (dot) => this.placeOf(dot), most);
+    return (trials.length && (nearest(dots, ON) ?? nearest(trials, ON))) ||
+      nearest(dots, reach);
   }
 }
 
 // The mark that lies nearest to a place, at most so far away.
 /**
  * @param {Place} place
- * @param {{ dots: Dot[], placeOf(dot: Dot): Place | null }} board
+ * @param {Dot[]} dots
+ * @param {(dot: Dot) => Place | null} placeOf
  * @param {number} reach
  * @returns {Dot | null}
  */
-export function nearestTo({ x, y }, board, reach) {
+export function nearestTo({ x, y }, dots, placeOf, reach) {
   let [best, nearest] = [/** @type {Dot | null} */ (null), reach];
-  for (const dot of board.dots) {
-    const at = board.placeOf(dot);
+  for (const dot of dots) {
+    const at = placeOf(dot);
     const far = at ? Math.hypot(at.x - x, at.y - y) : Infinity;
     if (far < nearest) [best, nearest] = [dot, far];
   }

@@ -231,10 +231,16 @@ export class ComparedView {
 
   /** @param {Compared} compared @param {Choice} choice */
   list(compared, choice) {
-    const { facts, behind, cells, titles } = compared;
+    const { facts, behind, cells, titles, settings } = compared;
     const alone = new Set(facts.rows.map(({ metric }) => metric)).size === 1;
     const from = alone && titles.length > 1 ? 1 : 0;
-    const headings = titles.slice(from).map((text) => ({ text }));
+    const headings = titles.slice(from).map((title, i, all) => ({
+      text: spaced(title),
+      isNumber: i + 1 < all.length &&
+        (settings.includes(title)
+          ? facts.rows.every((row) => typeof row[title] === "number")
+          : title !== "metric"),
+    }));
     const rows = cells.map((row, i) => ({
       cells: row.slice(from),
       chosen: isChosen(behind[i], choice),

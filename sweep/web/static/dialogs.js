@@ -3,6 +3,7 @@
 import { button, make, spaced } from "./dom.js";
 import { download } from "./files.js";
 import { KEYS } from "./keys.js";
+import { SearchField } from "./search.js";
 
 /** @import { Picture } from "./dom.js" */
 /** @import { LaunchCard } from "./launch.js" */
@@ -202,7 +203,8 @@ export class MetricsDialog {
   /** @param {HTMLElement} root @param {(names: string[]) => void} chosen */
   constructor(root, chosen) {
     this.list = make("div", { className: "choices" });
-    this.box = dialog(root, "Plotted metrics", this.list);
+    this.search = new SearchField("Search metrics", () => this.find());
+    this.box = dialog(root, "Plotted metrics", this.search.element, this.list);
     this.chosen = chosen;
   }
 
@@ -224,7 +226,16 @@ export class MetricsDialog {
     });
     this.list.replaceChildren(...rows);
     this.list.onchange = () => this.chosen(this.checked());
+    this.search.offer(rows.length);
+    this.find();
     this.box.showModal();
+  }
+
+  find() {
+    const rows = [...this.list.querySelectorAll("label")];
+    this.search.apply(
+      rows.map((element) => ({ element, text: element.textContent ?? "" })),
+    );
   }
 
   checked() {

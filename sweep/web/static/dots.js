@@ -6,6 +6,7 @@ import { ring } from "./picking.js";
 /** @import { Dot, Figure, Panel } from "./explorer.d.ts" */
 /** @import { Choose, Place } from "./picking.js" */
 
+const PALE = 0.45; // of the values of trials
 const MANY = 60; // so many have their intervals drawn, as in a printed figure
 
 /** @param {string} colour @param {string} ink black is invisible on a dark page */
@@ -40,6 +41,7 @@ export class Dots extends Board {
     const { line } = this.panel;
     Object.assign(context, { strokeStyle: ink, lineWidth: 1 });
     stroke(context, line.x.map((value, i) => [x.pixel(value), y.pixel(line.y[i])]));
+    this.paintTrials(context, ink);
     Object.assign(context, { lineWidth: few ? 1.2 : 0.6 });
     for (const path of this.paths) this.join(context, path, ink);
     for (const dot of dots) {
@@ -67,6 +69,22 @@ export class Dots extends Board {
       context.fill();
       if (dot.best) ring(context, at, 6, colour);
       if (this.isChosen(dot)) ring(context, at, 9, ink);
+    }
+  }
+
+  // The values of single trials lie behind the means.
+  /** @param {CanvasRenderingContext2D} context @param {string} ink */
+  paintTrials(context, ink) {
+    for (const dot of this.trials) {
+      const at = this.placeOf(dot);
+      if (!at) continue;
+      context.globalAlpha = PALE;
+      context.fillStyle = shade(this.colours[dot.colour], ink);
+      context.beginPath();
+      context.arc(at.x, at.y, 3, 0, 2 * Math.PI);
+      context.fill();
+      context.globalAlpha = 1;
+      if (dot.trial === this.playing) ring(context, at, 6, ink);
     }
   }
 

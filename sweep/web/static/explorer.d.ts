@@ -107,7 +107,14 @@ export interface Panel {
   /** Of cells: the left, right, lower and upper end of all panels. */
   span: number[];
   line: { x: number[]; y: number[]; text: string };
-  marks: { columns: string[]; index: number[]; data: (Known | string | boolean)[][] };
+  marks: Marks;
+  /** Values of single trials; null for a figure without them. */
+  trials: Marks | null;
+}
+
+export interface Marks {
+  columns: string[];
+  data: (Known | string | boolean)[][];
 }
 
 export type Form = "lines" | "paths" | "points" | "cells";
@@ -115,7 +122,11 @@ export type Form = "lines" | "paths" | "points" | "cells";
 export interface Figure {
   kind: string;
   kinds: Record<string, { text: string; why_not: string }>;
+  /** Why the figure cannot be drawn, or "": then it has no panels. */
+  refusal: string;
   takes: string[];
+  /** Why single trials cannot be drawn, or "". */
+  trials_why_not: string;
   settings: string[];
   form: Form;
   metrics: string[];
@@ -125,6 +136,9 @@ export interface Figure {
   colours: string[];
   note: string;
   thinned: string;
+  /** Endings of the files of the figure, and widths for journals in mm. */
+  formats: string[];
+  widths: string[];
   command: string;
 }
 
@@ -158,6 +172,9 @@ export interface Dot {
   resolved: boolean;
   best: boolean;
   point: string;
+  /** Of the value of a single trial: its id and its replicate. */
+  trial?: string;
+  replicate?: number;
 }
 
 /** A table of texts, with the ids of the points behind each row. */
@@ -222,6 +239,8 @@ export interface Difference {
   p: Known;
   paired: boolean;
   verdict: string;
+  /** The parameters of the row, by name. */
+  [setting: string]: Known | string | boolean;
 }
 
 /** Whose trials a row of a comparison rests on. */
@@ -287,6 +306,10 @@ export interface Choice {
   by: string;
   where: string;
   half: string;
+  /** "yes" for a figure with the values of single trials. */
+  trials: string;
+  /** The width in mm of the files of the figure; "" for the width as drawn. */
+  width: string;
   sort: string;
   point: string;
   trial: string;

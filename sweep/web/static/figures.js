@@ -4,6 +4,7 @@ import { make, short, spaced, unitText } from "./dom.js";
 import { ask, Refused } from "./ask.js";
 import { MEDIAN } from "./behind.js";
 import { Dots, shade } from "./dots.js";
+import { FigureFiles } from "./drawings.js";
 import { Lines } from "./lines.js";
 import { MOST_POINTS } from "./picking.js";
 import { Region } from "./region.js";
@@ -24,9 +25,11 @@ import { Region } from "./region.js";
 /** @typedef {typeof import("./cells.js")} Heatmaps loaded for the first heatmap */
 
 /**
- * @typedef {{ value: string, text: string, title?: string, disabled?: boolean }} Option
+ * @typedef {{ value: string, text: string, title?: string, group?: string }} Option
  */
 
+const NOTHING = { kind: "", metric: "", x: "", y: "", by: "" }; // chosen
+const UNSUITABLE = "not without other choices or data";
 const AXES = /** @type {const} */ (["x", "y", "by"]);
 
 export class FigurePanel {
@@ -62,6 +65,20 @@ export class FigurePanel {
     this.axes = AXES.map((axis) =>
       this.picker(prefix, axis, axis, (name) => go({ [axis]: name }))
     );
+    this.trials = make("input", {
+      id: `${prefix}-trials`,
+      type: "checkbox",
+      "aria-describedby": `${prefix}-why`,
+      on: { change: () => go({ trials: this.trials.checked ? "yes" : "" }) },
+    });
+    this.why = make("span", { id: `${prefix}-why`, className: "facts" });
+    const switches = make(
+      "div",
+      {},
+      this.trials,
+      make("label", { htmlFor: this.trials.id, textContent: "trials" }),
+      this.why,
+    );
     const pickers = [this.kind, this.metric, this.half, ...this.axes].map((one) =>
       one.element
     );
@@ -73,17 +90,18 @@ export class FigurePanel {
     this.note = make("p", { className: "facts said" });
     this.refusal = make("p", { className: "refusal", role: "alert", hidden: true });
     this.line = make("div");
-    const nothing = { kind: "", metric: "", x: "", y: "", by: "" };
+    this.files = new FigureFiles(prefix, () => this.asked, go);
     this.suiting = make("button", {
       type: "button",
       textContent: "Show a suitable figure",
-      on: { click: () => go(nothing) },
+      on: { click: () => go(NOTHING) },
     });
     // Before the first figure there is nothing to choose from.
     this.pickers = make(
       "div",
       { className: "choices-of-figure", hidden: true },
       ...pickers,
+      switches,
     );
     this.element = make(
       "section",
@@ -95,6 +113,7 @@ export class FigurePanel {
       this.panels,
       this.note,
       this.line,
+      this.files.element,
       this.tip,
     );
   }
@@ -124,8 +143,11 @@ export class FigurePanel {
       by = "",
       where = "",
       half = "",
+      trials = "",
+      width = "",
     } = this.choice ?? {};
-    return { study, kind, metric: metric.split(" "), x, y, by, where, half };
+    const drawn = { kind, metric: metric.split(" "), x, y, by, half, trials, width };
+    return { study, where, ...drawn };
   }
 
   /** @param {Choice} choice @param {StudyState} state */
@@ -139,8 +161,10 @@ export class FigurePanel {
       const figure = await ask("figure", this.asked);
       const heatmaps = figure.form === "cells" ? await import("./cells.js") : null;
       if (asked !== JSON.stringify(this.asked)) return;
-      this.draw(figure, state, heatmaps);
-      this.refuse("");
+      this.offer(figure, state);
+      this.refuse(figure.refusal);
+      this.figure = figure.refusal ? null : figure;
+      if (this.figure) this.draw(figure, heatmaps);
       this.shown = wanted;
     } catch (error) {
       if (!(error instanceof Refused)) throw error;
@@ -169,30 +193,27 @@ export class FigurePanel {
 
   /** @param {string} words */
   refuse(words) {
-    this.refusal.replaceChildren(words, " ", this.choice?.kind ? this.suiting : "");
+    const names = /** @type {(keyof typeof NOTHING)[]} */ (Object.keys(NOTHING));
+    const hasChoices = names.some((name) => this.choice?.[name]);
+    this.refusal.replaceChildren(words, " ", hasChoices ? this.suiting : "");
     this.refusal.hidden = !words;
-    for (const part of [this.panels, this.legend, this.note, this.line]) {
+    const { panels, legend, note, line, files } = this;
+    for (const part of [panels, legend, note, line, files.element]) {
       part.hidden = Boolean(words);
     }
   }
 
-  /**
-   * @param {Figure} figure
-   * @param {StudyState} state
-   * @param {Heatmaps | null} heatmaps
-   */
-  draw(figure, state, heatmaps) {
-    this.figure = figure;
+  /** @param {Figure} figure @param {Heatmaps | null} heatmaps */
+  draw(figure, heatmaps) {
     this.published = [];
     this.mentioned.textContent = "";
-    this.offer(figure, state);
     this.tip.hidden = true;
     for (const part of [...this.boards, ...this.regions]) part.remove();
     const drawerOf = this.boardsOf(figure, heatmaps);
     this.boards = figure.panels.map((panel, i) => {
       /** @type {Choose} */
-      const choose = (points, about) =>
-        this.choosePoints(points, about ? this.regions[i].of(about) : "");
+      const choose = (points, about, trial = "") =>
+        this.choosePoints(points, about ? this.regions[i].of(about) : "", trial);
       return drawerOf(panel, (dot, at) => this.hover(panel, dot, at), choose);
     });
     const titled = this.boards.map((board, i) =>
@@ -218,6 +239,7 @@ export class FigurePanel {
       figure.note,
     ].filter(Boolean).join("\n");
     this.line.replaceChildren(this.command(figure.command));
+    this.files.show(figure, this.asked.width);
     this.mark();
   }
 
@@ -240,8 +262,12 @@ export class FigurePanel {
     return (...parts) => new kind(figure, ...parts);
   }
 
-  /** @param {string[]} points @param {string} region that was drawn about them */
-  choosePoints(points, region) {
+  /**
+   * @param {string[]} points
+   * @param {string} region that was drawn about them
+   * @param {string} single the id of a trial that was chosen, or ""
+   */
+  choosePoints(points, region, single) {
     const many = points.length > MOST_POINTS;
     this.crowd.hidden = !many;
     this.crowd.textContent = `${points.length.toLocaleString("en")} points; up to ` +
@@ -250,13 +276,14 @@ export class FigurePanel {
     const { point = "", trial = "" } = this.choice ?? {};
     const plays = trial && points.join(" ") === point;
     const median = points.length === 1 ? MEDIAN : "";
-    this.go({ region, ...chosen, ...(plays ? {} : { trial: median, beside: "" }) });
+    const next = { trial: single || median, beside: "" };
+    this.go({ region, ...chosen, ...(plays && !single ? {} : next) });
   }
 
   // The points that are chosen stand out, before anything is asked.
   mark(choice = this.choice) {
     const points = new Set(choice?.point.split(" ").filter(Boolean));
-    for (const board of this.boards) board.mark(points);
+    for (const board of this.boards) board.mark(points, choice?.trial ?? "");
     for (const region of this.regions) region.show(choice?.region ?? "");
   }
 
@@ -291,8 +318,8 @@ export class FigurePanel {
       Object.keys(kinds).map((name) => ({
         value: name,
         text: name,
-        title: kinds[name].why_not || kinds[name].text,
-        disabled: Boolean(kinds[name].why_not),
+        title: kinds[name].text,
+        group: kinds[name].why_not && UNSUITABLE,
       })),
       kind,
     );
@@ -313,6 +340,9 @@ export class FigurePanel {
       })),
       plain,
     );
+    this.trials.disabled = Boolean(figure.trials_why_not);
+    this.trials.checked = !this.trials.disabled && this.choice?.trials === "yes";
+    this.why.textContent = figure.trials_why_not;
     this.metric.element.hidden = !metrics.length;
     this.half.element.hidden = !metrics.length;
     fill(this.half.select, [{ value: "", text: "the last frame" }, {
@@ -322,12 +352,10 @@ export class FigurePanel {
     AXES.forEach((axis, i) => {
       const { element, select } = this.axes[i];
       element.hidden = !takes.includes(axis);
-      const options = settings.map((name) => ({ value: name, text: spaced(name) }));
-      fill(
-        select,
-        [{ value: "", text: "automatic" }, ...options],
-        this.choice?.[axis] ?? "",
-      );
+      const chosen = this.choice?.[axis] ?? "";
+      const names = [...new Set([...settings, chosen])].filter(Boolean);
+      const options = names.map((name) => ({ value: name, text: spaced(name) }));
+      fill(select, [{ value: "", text: "automatic" }, ...options], chosen);
     });
   }
 
@@ -360,10 +388,10 @@ function publishedLegend(published, form) {
 // Where a mark is, its metric with an interval, and the number of trials.
 /** @param {Figure} figure @param {Panel} panel @param {Dot} dot */
 function described(figure, { title, x, y }, dot) {
-  const trials = `${dot.n} trials`;
+  const trials = dot.trial ? "" : `${dot.n} trials`;
   const hint = dot.point.includes(" ")
     ? "click to list them"
-    : "click to play the median";
+    : `click to play the ${dot.trial ? "trial" : "median"}`;
   if (dot.half !== undefined) {
     const half = dot.half === null
       ? ""
@@ -378,7 +406,7 @@ function described(figure, { title, x, y }, dot) {
     ].filter(Boolean).join("\n");
   }
   const place = x.names.length ? x.names[Number(dot.x)] : short(dot.x);
-  const ends = dot.low === null
+  const ends = dot.low === null || dot.trial
     ? ""
     : ` (95 % confidence interval ${short(dot.low, 3)} to ${short(dot.high, 3)})`;
   return [
@@ -387,8 +415,9 @@ function described(figure, { title, x, y }, dot) {
       ? `${unitText(figure.by)}: ${figure.values[dot.colour]}`
       : "",
     `${unitText(x.label)}: ${place}`,
-    `${unitText(y.label)}: ${short(dot.y, 3)}${ends}`,
-    `${trials}; ${hint}`,
+    `${unitText(y.label)}: ${short(dot.y, dot.trial ? 4 : 3)}${ends}`,
+    dot.trial ? `trial ${dot.trial.slice(0, 8)}, replicate ${dot.replicate}` : "",
+    [trials, hint].filter(Boolean).join("; "),
   ].filter(Boolean).join("\n");
 }
 
@@ -408,11 +437,13 @@ function fill(select, options, chosen) {
   const known = JSON.stringify(options);
   if (select.dataset.known !== known) {
     select.dataset.known = known;
-    select.replaceChildren(
-      ...options.map(({ value, text, title = "", disabled = false }) =>
-        make("option", { value, textContent: text, title, disabled })
-      ),
-    );
+    select.replaceChildren();
+    for (const [label, some] of Map.groupBy(options, ({ group = "" }) => group)) {
+      const made = some.map(({ value, text, title = "" }) =>
+        make("option", { value, textContent: text, title })
+      );
+      select.append(...(label ? [make("optgroup", { label }, ...made)] : made));
+    }
   }
   select.value = chosen;
 }

@@ -2,6 +2,7 @@
 
 import { make, spaced, write } from "./dom.js";
 import { Field } from "./fields.js";
+import { SearchField } from "./search.js";
 
 /** @import { Tip } from "./fields.js" */
 /** @import { Controls, Group, Message, Setting, State } from "./protocol.d.ts" */
@@ -31,9 +32,11 @@ export class SettingGroups {
   weights = [];
   /** @type {{ names: string[], count: HTMLElement }[]} */
   counted = [];
+  /** @type {Map<string, HTMLDetailsElement>} */
+  groups = new Map();
   // Which groups the user has left open or closed, by name.
   opened = new Map(OPEN.map((name) => [name, true]));
-  element = make("div");
+  list = make("div");
 
   /**
    * @param {string} prefix
@@ -44,6 +47,21 @@ export class SettingGroups {
     this.prefix = prefix;
     this.send = send;
     this.tip = tip;
+    this.search = new SearchField("Search settings", () => this.find());
+    this.element = make("div", {}, this.search.element, this.list);
+  }
+
+  // Shows the settings that have the words of the search, in groups that are open.
+  find() {
+    const entries = [...this.fields.values()].map(({ element, about }) => ({
+      element,
+      text: `${about.name} ${about.text}`,
+    }));
+    this.search.apply(entries);
+    for (const [name, group] of this.groups) {
+      group.hidden = !group.querySelector("[data-name]:not([hidden])");
+      group.open = this.search.isEmpty ? this.opened.get(name) ?? false : true;
+    }
   }
 
   // Builds all groups anew: another model has other settings.
@@ -52,10 +70,13 @@ export class SettingGroups {
     this.fields.clear();
     this.weights = [];
     this.counted = [];
+    this.groups.clear();
     const schedule = groups.filter(({ name }) => name === "schedule");
     const others = groups.filter(({ name }) => name !== "schedule");
     const built = [...schedule, ...others].map((group) => this.group(group));
-    this.element.replaceChildren(...built);
+    this.list.replaceChildren(...built);
+    this.search.offer(this.fields.size);
+    this.find();
   }
 
   /** @param {Group} group */
@@ -72,7 +93,10 @@ export class SettingGroups {
       make("summary", {}, heading, count),
       ...rows,
     );
-    group.addEventListener("toggle", () => this.opened.set(name, group.open));
+    group.addEventListener("toggle", () => {
+      if (this.search.isEmpty) this.opened.set(name, group.open);
+    });
+    this.groups.set(name, group);
     group.dataset.group = name;
     return group;
   }

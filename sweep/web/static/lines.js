@@ -1,6 +1,6 @@
 // Lines with bands, drawn on a board.
 
-import { known, nearestTo } from "./board.js";
+import { known } from "./board.js";
 import { Dots, shade } from "./dots.js";
 import { ring } from "./picking.js";
 
@@ -20,6 +20,7 @@ export class Lines extends Dots {
    */
   constructor(figure, panel, over, choose) {
     super(figure, panel, over, choose);
+    this.reach = REACH;
     this.lines = Map.groupBy(this.dots, ({ colour }) => colour).values().toArray()
       .map((line) => line.toSorted((a, b) => (a.x ?? 0) - (b.x ?? 0)));
     this.marked = new Set(known(this.dots.map(({ x }) => x))).size <= MOST_MARKED;
@@ -29,6 +30,7 @@ export class Lines extends Dots {
   /** @override @param {CanvasRenderingContext2D} context @param {string} ink */
   paint(context, ink) {
     for (const line of this.lines) this.fill(context, line, ink);
+    this.paintTrials(context, ink);
     for (const line of this.lines) this.trace(context, line, ink);
     for (const dot of this.dots) {
       const at = this.placeOf(dot);
@@ -83,11 +85,6 @@ export class Lines extends Dots {
       const at = this.placeOf(dot);
       if (at) context.lineTo(at.x, at.y);
     }
-  }
-
-  /** @override @param {Place} place @returns {Dot | null} */
-  find(place) {
-    return nearestTo(place, this, REACH);
   }
 }
 

@@ -6,7 +6,13 @@ import { make } from "./dom.js";
 /** @import { Dot } from "./explorer.d.ts" */
 /** @typedef {{ x: number, y: number }} Place in CSS pixels, from the left and top */
 /** @typedef {[Place, Place]} Corners two opposite ones of a rectangle */
-/** @typedef {(points: string[], about: Corners | null) => void} Choose */
+/**
+ * @callback Choose
+ * @param {string[]} points
+ * @param {Corners | null} about
+ * @param {string} [trial] the id of a single trial
+ * @returns {void}
+ */
 
 const DRAG = 5; // pixels; what moves less is a click
 const ASIDE = 3; // a mark so many times as far aside counts as far as one straight on
@@ -14,12 +20,14 @@ export const MOST_POINTS = 100; // that the server is asked for at once
 
 /**
  * A figure with marks. `placeOf` is where a mark lies in `element`, and `find` the mark
- * there. `over` is told which one is pointed at, and `choose` the ids of the points
- * behind those that are chosen, with the rectangle that was drawn about them, or null.
+ * there. `trials` are values of single trials. `over` is told which mark is pointed at,
+ * and `choose` the ids of the points behind those that are chosen, with the rectangle
+ * that was drawn about them, or null.
  *
  * @typedef {{
  *   element: HTMLElement,
  *   dots: Dot[],
+ *   trials?: Dot[],
  *   chosen: Set<string>,
  *   placeOf(dot: Dot): Place | null,
  *   find(place: Place): Dot | null,
@@ -115,7 +123,7 @@ export class MarkPicker {
     this.stop();
     if (brushed) return this.brush([from, at]);
     const dot = board.find(at);
-    board.choose(dot ? pointsOf([dot]) : [], null);
+    board.choose(dot ? pointsOf([dot]) : [], null, dot?.trial);
   }
 
   stop() {
@@ -165,7 +173,7 @@ export class MarkPicker {
     const corners = this.corners(this.anchor, here);
     this.stop();
     if (corners) this.brush(corners);
-    else this.board.choose(pointsOf([here]), null);
+    else this.board.choose(pointsOf([here]), null, here.trial);
   }
 
   // Draws the rectangle from the mark where Shift was first held to the next one.
@@ -197,7 +205,12 @@ export class MarkPicker {
   /** @param {string} key @returns {Dot | null} */
   next(key) {
     const { board, here } = this;
-    const marks = board.dots.map((dot) => ({ dot, place: board.placeOf(dot) }))
+    // Upwards and downwards lie the trials of a mark too.
+    const trials = /Up$|Down$/.test(key) ? board.trials ?? [] : [];
+    const marks = [...board.dots, ...trials].map((dot) => ({
+      dot,
+      place: board.placeOf(dot),
+    }))
       .filter(({ place }) => place !== null);
     const from = here && board.placeOf(here);
     /** @param {Place | null} place */

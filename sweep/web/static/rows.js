@@ -12,8 +12,11 @@ import { make } from "./dom.js";
  *   note?: string,
  *   more?: { text: string, label: string, chosen: boolean, choose: () => void } | null,
  * }} Row
+ * A column of numbers is aligned to the right.
+ *
+ * @typedef {{ text: string, sort?: string, isNumber?: boolean }} Heading
  * @typedef {{
- *   headings: { text: string, sort?: string }[],
+ *   headings: Heading[],
  *   rows: Row[],
  *   total: number,
  *   page: number,
@@ -67,7 +70,7 @@ export class PagedTable {
     const focused = this.placeOfFocus();
     const line = make("tr", {}, ...headings.map((one) => this.heading(one, sorted)));
     this.head.replaceChildren(line);
-    this.body.replaceChildren(...rows.map((row) => rowOf(row)));
+    this.body.replaceChildren(...rows.map((row) => rowOf(row, headings)));
     if (focused) this.focusAt(focused);
     const first = page * size;
     this.before.disabled = page === 0;
@@ -100,13 +103,14 @@ export class PagedTable {
     line?.querySelectorAll("button")[button]?.focus({ preventScroll: true });
   }
 
-  /** @param {{ text: string, sort?: string }} heading @param {string} sorted */
-  heading({ text, sort }, sorted) {
+  /** @param {Heading} heading @param {string} sorted */
+  heading({ text, sort, isNumber }, sorted) {
     const [name, way] = sorted.split(":");
     const order = name === sort && sort
       ? (way === "desc" ? "descending" : "ascending")
       : "none";
-    const cell = make("th", { scope: "col", "aria-sort": order });
+    const className = classOf(isNumber);
+    const cell = make("th", { scope: "col", "aria-sort": order, className });
     const act = () => sort && this.sort?.(sort);
     const arrow = { ascending: " ↑", descending: " ↓", none: "" }[order];
     if (sort && this.sort) {
@@ -122,8 +126,11 @@ export class PagedTable {
   }
 }
 
-/** @param {Row} row */
-function rowOf({ cells: [first, ...others], chosen, choose, note, more }) {
+const classOf = (isNumber = false) => (isNumber ? "number" : "");
+
+/** @param {Row} row @param {Heading[]} headings */
+function rowOf({ cells: [first, ...others], chosen, choose, note, more }, headings) {
+  const classes = headings.map(({ isNumber }) => classOf(isNumber));
   const opener = make("button", {
     type: "button",
     textContent: first,
@@ -142,8 +149,10 @@ function rowOf({ cells: [first, ...others], chosen, choose, note, more }) {
   const line = make(
     "tr",
     { className: chosen ? "chosen" : "", title: note ?? "" },
-    make("td", {}, opener, ...second),
-    ...others.map((text) => make("td", { textContent: text })),
+    make("td", { className: classes[0] ?? "" }, opener, ...second),
+    ...others.map((textContent, i) =>
+      make("td", { textContent, className: classes[i + 1] ?? "" })
+    ),
   );
   return line;
 }

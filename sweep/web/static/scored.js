@@ -157,7 +157,7 @@ export class ScorecardView {
   /** @param {PagedTable} table @param {Claim[]} claims @param {Choice} choice */
   fill(table, claims, choice) {
     table.show({
-      headings: TITLES.map((text) => ({ text })),
+      headings: TITLES.map((text) => ({ text, isNumber: text === "trials" })),
       rows: claims.map((claim) => ({
         cells: [
           claim.id,

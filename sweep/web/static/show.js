@@ -25,6 +25,8 @@ const KEYS = /** @type {const} */ ([
   "by",
   "where",
   "half",
+  "trials",
+  "width",
   "sort",
   "point",
   "trial",
@@ -257,8 +259,8 @@ export class Explorer {
       "done",
       "not done",
       "missing",
-      "",
-    ].map((text) => ({ text }));
+      "error",
+    ].map((text, i) => ({ text, isNumber: i > 1 && i < 6 }));
     this.list.show({
       headings,
       rows,

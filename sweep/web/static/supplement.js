@@ -2,7 +2,7 @@
 // runs. A click plays the run of a mark; a drag across the figure leafs through the
 // runs at the same step. An address that ends in ?embed shows figure and run alone.
 
-import { button, make, unitText } from "./dom.js";
+import { button, make, short, unitText } from "./dom.js";
 import { download } from "./files.js";
 import { LivingCells } from "./living.js";
 import { Player } from "./player.js";
@@ -353,7 +353,7 @@ class Numbers {
         ? button("play", `Play ${points[place].words}`, act, "", { className: "quiet" })
         : "";
       const cells = columns.map((name) =>
-        make("td", { textContent: row[name] === null ? "–" : String(row[name]) })
+        make("td", { textContent: short(row[name], 6), title: String(row[name] ?? "") })
       );
       return make("tr", {}, make("td", {}, first), ...cells);
     });

@@ -1,6 +1,6 @@
 // The table of points of a study, in the words of sweep table.
 
-import { make } from "./dom.js";
+import { make, spaced, unitText } from "./dom.js";
 import { ask } from "./ask.js";
 import { PagedTable } from "./rows.js";
 
@@ -90,8 +90,10 @@ export class PointTable {
       choose: () => this.go({ point: points.points[i] }),
     }));
     const names = [...headings, ...metrics].map((name) => ({
-      text: units[name] ? `${name} (${units[name]})` : name,
+      text: spaced(name) + (units[name] ? ` (${unitText(units[name])})` : ""),
       sort: name,
+      isNumber: metrics.includes(name) ||
+        points.rows.every((row) => typeof row[name] === "number"),
     }));
     this.table.show({ ...points, headings: names, rows, what: "points" }, choice.sort);
     this.caption.textContent = caption;
