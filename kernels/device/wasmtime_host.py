@@ -58,8 +58,8 @@ class Wasm:
         self._top = 0
 
     def free_bytes(self) -> int:
-        """Return the bytes of memory that are free."""
-        return MEMORY - self._top
+        """Return the bytes of memory that the next program has."""
+        return MEMORY
 
     def load(self, kernel: Kernel) -> Program:
         """Return the program of a kernel, with an empty memory.

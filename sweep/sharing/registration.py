@@ -189,6 +189,11 @@ def register(
 
 
 def _check(study: Study, results: Location, claims: Iterable[str], path: Path) -> None:
+    for claim in claims:
+        try:
+            claim.encode()
+        except UnicodeEncodeError as error:
+            raise SpecError("--claim: must be text in UTF-8") from error
     if not all(claim.strip() for claim in claims):
         raise ChoiceError("a claim is empty; allowed: a sentence", study.name)
     stored = len(Store(results / study.name, results).trial_ids())
@@ -271,6 +276,8 @@ def _content(path: Path) -> dict[str, Any]:
         raise root.child("spec").error(
             "the spec was changed after the registration: its sha256 is not spec_sha256"
         )
+    if parse_document(values["spec"], path).value["study"] != values["study"]:
+        raise root.child("study").error("is not the study of the registered spec")
     with suppress(ValueError):
         if datetime.fromisoformat(values["registered"]).tzinfo:
             return values
@@ -332,6 +339,7 @@ def check_registration(path: Path, study: StoredStudy) -> Registration:
     values = _content(path)
     registered = _registration(path, values)
     facts = (
+        _compared_name(values, study),
         _compared_time(registered.time, study),
         _compared_spec(values, study),
         _compared_code(Code(**values["code"]), study),
@@ -343,8 +351,13 @@ def check_registration(path: Path, study: StoredStudy) -> Registration:
     return replace(registered, facts=facts)
 
 
+def _compared_name(values: Mapping[str, Any], study: StoredStudy) -> Fact:
+    registered = values["study"]
+    return Fact("name", registered, study.name, registered == study.name)
+
+
 def _compared_time(time: datetime, study: StoredStudy) -> Fact:
-    parts = [int(part.name[:20]) // 10**9 for part in study.store.current_parts()]
+    parts = [int(part.name[:20]) // 10**9 for part in study.store.all_parts()]
     registered = f"before {time.isoformat()}"
     if not parts:
         return Fact("first", registered, "no trials are stored", agrees=False)

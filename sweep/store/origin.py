@@ -129,8 +129,8 @@ def device_said(origin: Mapping[str, Any]) -> str:
         return ""
     versions = dict(origin["device"])
     name = versions.pop("name")
-    packages = (f"{PACKAGES.get(key, key)} {versions[key]}" for key in versions)
-    return f"{name} ({', '.join(packages)})"
+    packages = [f"{PACKAGES.get(key, key)} {versions[key]}" for key in versions]
+    return f"{name} ({', '.join(packages)})" if packages else name
 
 
 def same_code(earlier: Mapping[str, Any], later: Mapping[str, Any]) -> bool:

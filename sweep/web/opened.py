@@ -243,7 +243,7 @@ def opened_again(
     yaml : str
         Text of the spec.
     point : str
-        Id of the point; if the spec has no such point, the first trial is shown.
+        Id of the point; "" for the first trial.
     replicate : int
         Number of the replicate, from 0.
     known : Catalogue
@@ -254,12 +254,15 @@ def opened_again(
     Raises
     ------
     SpecError
-        If the spec is not valid.
+        If the spec is not valid, or does not have the trial.
     """
     spec = opened(study_with(yaml, path, known))
+    if not point:
+        return spec
     points = Jobs(spec.study, spec.design).points
-    exists = point in points and replicate < spec.replicates
-    return spec.at(points.index(point), replicate) if exists else spec
+    if point not in points or replicate >= spec.replicates:
+        raise SpecError(f"the spec has no point {point} with replicate {replicate}")
+    return spec.at(points.index(point), replicate)
 
 
 def _remove(root: Any, place: Place) -> None:

@@ -6,6 +6,7 @@ every check, every "did you mean" and every seed.
 
 import hashlib
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -52,6 +53,8 @@ A spec must record a metric. Every trial can measure a metric of the bodies alon
 """
 EDITED = "edited"
 """The name of a map whose shapes were changed."""
+REPLICATE = re.compile(r"\d{1,9}")
+"""Number of a replicate in an address."""
 MOST_BOIDS = 100_000
 MOST_STORED = 10**7
 """Largest product of boids and frames of stored trajectories: 320 MB."""
@@ -577,11 +580,14 @@ def from_link(link: str) -> ViewState:
     SpecError
         If the address has no spec, or the spec is not valid.
     """
-    state = parse_qs(urlsplit(link).fragment)
+    try:
+        state = parse_qs(urlsplit(link).fragment)
+    except ValueError as error:
+        raise SpecError(f"the address cannot be read: {error}") from error
     yaml = state.get("spec", [""])[0]
     point = state.get("point", [""])[0]
     replicate = state.get("replicate", ["0"])[0]
-    if not yaml or not replicate.isdecimal():
+    if not yaml or not REPLICATE.fullmatch(replicate):
         raise SpecError(
             "the address has no spec, or no number of a replicate; allowed: an address"
             " of Copy as link, http://...#spec=...&point=...&replicate=..."

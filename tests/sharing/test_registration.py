@@ -55,7 +55,7 @@ def test_a_study_that_ran_as_registered_agrees(tmp_path: Path) -> None:
     checked = check_registration(done.path, launched(SMALL, tmp_path / "results"))
     assert checked.agrees
     assert [fact.subject for fact in checked.facts if fact.agrees] == [
-        *("first", "spec", "code", "versions", "design", "trials"),
+        *("name", "first", "spec", "code", "versions", "design", "trials"),
     ]
     assert checked.sha256 == done.sha256
 
@@ -76,7 +76,7 @@ def test_a_change_of_the_spec_is_named(
     checked = check_registration(done.path, launched(text, tmp_path / "results"))
     assert differing(checked) == subjects
     assert checked.agrees == (not subjects)
-    spec = checked.facts[1].stored
+    spec = checked.facts[2].stored
     assert ("changed keys: " in str(spec)) == bool(subjects)
 
 
@@ -99,8 +99,8 @@ def test_other_code_and_versions_are_named(tmp_path: Path) -> None:
     done.path.write_text(json.dumps(root), encoding="utf-8")  # JSON is YAML too
     checked = check_registration(done.path, study)
     assert differing(checked) == ["code", "versions"]
-    assert checked.facts[2].stored == "metric speed"
-    assert checked.facts[3].stored == f"numpy 1.0.0 -> {now}"
+    assert checked.facts[3].stored == "metric speed"
+    assert checked.facts[4].stored == f"numpy 1.0.0 -> {now}"
 
 
 def test_another_map_of_equal_name_is_named(tmp_path: Path) -> None:
@@ -185,6 +185,7 @@ def test_a_study_with_trials_is_not_registered(tmp_path: Path) -> None:
     ("options", "said"),
     [
         ({"claims": ["", CLAIM]}, "a claim is empty"),
+        ({"claims": ["bad \udcff"]}, "must be text in UTF-8"),
         ({"path": Path("registered.json")}, "a registration is a YAML file"),
         ({"path": Path("nowhere/registered.yaml")}, "there is no folder nowhere"),
     ],
@@ -192,7 +193,7 @@ def test_a_study_with_trials_is_not_registered(tmp_path: Path) -> None:
 def test_a_wrong_choice_is_an_error_before_a_file_is_written(
     tmp_path: Path, options: dict[str, Any], said: str
 ) -> None:
-    with pytest.raises((ChoiceError, OutputError), match=said):
+    with pytest.raises((ChoiceError, OutputError, SpecError), match=said):
         registered(tmp_path, **options)
     assert {path.name for path in tmp_path.iterdir()} == {"spec.yaml"}
 
@@ -203,6 +204,7 @@ def test_a_wrong_choice_is_an_error_before_a_file_is_written(
         ("format: 1", "format: 2", "is no registration; allowed: a file with format"),
         ("replicates: 3", "replicates: 4", "the spec was changed after"),
         ("claims:", "claim:", "was changed: its keys are not"),
+        ("\nstudy: small\n", "\nstudy: other\n", "is not the study of"),
         ("flight:", "flights:", "was changed: its keys are not"),
         ("'2020-01-02T03:04:05+00:00'", "yesterday", "must be a time, such as"),
     ],
@@ -235,4 +237,6 @@ def test_the_command_registers_and_checks(tmp_path: Path) -> None:
     assert "spec       differs: changed keys: replicates" in again.stdout
     both = sweep(tmp_path, *check, "--claim", CLAIM)
     assert both.returncode == 2
-    assert "leave out --claim and --to" in both.stderr
+    assert "leave out --claim, --to, --no-code and" in both.stderr
+    check = ("register", "small", "--check", "none.yaml", "--results", "nowhere")
+    assert "none.yaml: no such file" in sweep(tmp_path, *check).stderr

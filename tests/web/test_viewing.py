@@ -108,6 +108,8 @@ def test_a_link_of_another_machine_opens_here(
     [
         ({}, "the address has no spec"),
         ({"spec": SMALL, "replicate": "-1"}, "no number of a replicate"),
+        ({"spec": SMALL, "replicate": "9" * 5000}, "no number of a replicate"),
+        ({"spec": SMALL, "point": "zzz"}, "has no point zzz with replicate 0"),
         ({"spec": "study: a"}, "link.yaml"),
         ({"spec": f"{SMALL}model: ./rules.py"}, "link.yaml"),
     ],
@@ -117,6 +119,11 @@ def test_a_link_without_a_spec_is_refused(
 ) -> None:
     with pytest.raises(SpecError, match=words):
         viewed(f"http://127.0.0.1:1/#{urlencode(state)}")
+
+
+def test_an_address_that_is_none_is_refused(viewed: Callable[..., Any]) -> None:
+    with pytest.raises(SpecError, match="the address cannot be read"):
+        viewed("http://[")
 
 
 def test_a_link_takes_no_other_parameters(viewed: Callable[..., Any]) -> None:

@@ -177,6 +177,7 @@ def test_a_part_says_which_device_has_flown_it(tmp_path: Path) -> None:
     assert about["device"] == devices.ABOUT
     said = "Test GPU 9 (CUDA 13.0, numba-cuda 0.30.4, NVVM 13.5)"
     assert device_said(about) == said
+    assert device_said({"device": {"name": "Test GPU 9"}}) == "Test GPU 9"
     assert machine_said(about).startswith(f"{device_said(about)}, {about['cpu']}")
     assert device_said({name: about[name] for name in about if name != "device"}) == ""
 
