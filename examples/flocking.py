@@ -9,7 +9,6 @@ from typing import Annotated, NamedTuple
 
 from numpy.random import Generator
 
-from kernels.arbitration import TINY
 from kernels.jit import jit
 from kernels.model import Model, Sight
 from kernels.neighbours import ALL_ROUND, move, search, square_range
@@ -23,6 +22,8 @@ from kernels.settings import COMMON, TIME_STEP, About
 from kernels.state import Floats, Flock, World
 from kernels.workspace import Workspace
 
+TINY = 1e-300
+"""A speed that is positive, so that a boid that stands divides by no zero."""
 COHERE = About("weight of the mean way to neighbours", "", low=0, rule="cohesion")
 SEPARATE = About("weight of the way from near boids", "", low=0, rule="separation")
 MATCH = About("weight of the mean velocity of neighbours", "", low=0, rule="alignment")

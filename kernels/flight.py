@@ -12,7 +12,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from kernels.coverage import Coverage, go_on_covering
+from kernels.coverage import Coverage
 from kernels.events import build_watch, note_start
 from kernels.goals import Route, at_last_goal, build_goals, build_route, go_on_to
 from kernels.metrics import Ground, Metric
@@ -555,8 +555,8 @@ def go_on_from(flight: Flight, earlier: Flight) -> None:
 
     `flight` takes the flock, the steps and the counts of `earlier`. The caller must
     have taken all frames. `flight` also takes the state of boids if the two runs have
-    equal state rows, and the visits of pixels that are outside obstacles in both runs.
-    Worlds with other pixels begin without visits.
+    equal state rows, and the visits if the two runs have equal pixels outside
+    obstacles.
     """
     flight.record.progress[:] = earlier.record.progress
     watches = zip(flight.record.watch, earlier.record.watch, strict=True)
@@ -575,4 +575,6 @@ def go_on_from(flight: Flight, earlier: Flight) -> None:
     go_on_blowing(flight.work.robots.wind, earlier.work.robots.wind)
     rebuild_grid(flight)
     move_obstacles(flight.work.motion, flight.work.reach, flight.step)
-    go_on_covering(flight.record.coverage, earlier.record.coverage)
+    coverage, before = flight.record.coverage, earlier.record.coverage
+    if np.array_equal(coverage.visits < 0, before.visits < 0):
+        coverage.visits[:], coverage.sums[:] = before.visits, before.sums

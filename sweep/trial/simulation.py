@@ -34,7 +34,7 @@ from kernels.layers import is_compiled as is_compiled_for
 from kernels.metrics import Metric
 from kernels.moving import Motion, move_obstacles
 from kernels.neighbours import all_pairs
-from kernels.recording import FIRST_STATE, keep_frame
+from kernels.recording import FIRST_STATE
 from kernels.settings import (
     Observation,
     Schedule,
@@ -195,13 +195,6 @@ class Simulation:
             taken.bodies[np.broadcast_to(absent[:, None], taken.bodies.shape)] = np.nan
         forget_frames(flight)
         return taken
-
-    def retake_frame(self) -> None:
-        """Record a frame of the present step again, after `take_frames`.
-
-        The present state must be finite, and the job must record every step.
-        """
-        keep_frame(self.flight.flock, self.flight.record)
 
     def go_on_from(self, earlier: "Simulation") -> None:
         """Continue from another simulation with an equal number of boids.

@@ -6,6 +6,8 @@ Any metric can be plotted, and parameters can change during a run.
 from collections.abc import Iterable
 from dataclasses import replace
 
+from kernels.coverage import go_on_covering
+from kernels.recording import keep_frame
 from sweep.design import Job
 from sweep.spec import RecordSpec, needed
 from sweep.trial import Simulation, counts, counts_visits, pixels_of, world_of
@@ -82,4 +84,18 @@ def changed(earlier: Simulation, job: Job, record: RecordSpec) -> Simulation:
     """
     simulation = simulation_of(job, record)
     simulation.go_on_from(earlier)
+    before = earlier.flight.record.coverage
+    go_on_covering(simulation.flight.record.coverage, before)
     return simulation
+
+
+def retake_frame(simulation: Simulation) -> None:
+    """Record a frame of the present step again, after `take_frames`.
+
+    The present state must be finite, and the job must record every step.
+
+    Parameters
+    ----------
+    simulation : Simulation
+    """
+    keep_frame(simulation.flight.flock, simulation.flight.record)

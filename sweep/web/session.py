@@ -26,6 +26,7 @@ from sweep.web.running import (
     changed,
     counts_for,
     recorded,
+    retake_frame,
     simulation_of,
 )
 from sweep.web.state import COMMON, Range, Shape, ViewState
@@ -124,7 +125,7 @@ class Session:
         if self.diverged or self.history.knows(self.step):
             return
         record = self._record(self.state)
-        self.simulation.retake_frame()
+        retake_frame(self.simulation)
         self._add(record, self.simulation.take_frames(record), 1)
 
     @property

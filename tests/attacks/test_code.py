@@ -289,10 +289,11 @@ from types import SimpleNamespace
 
 
 def compiling():
-    from kernels.catalogue import BUILT_IN
-    from sweep.web.compiling import _apart, small
+    from sweep.trial import one_step
+    from sweep.web import begin
+    from sweep.web.compiling import _apart
 
-    _apart(small("nguyen2024", "as_run", BUILT_IN))
+    _apart(one_step(begin("nguyen2024", "as_run").job))
 
 
 def launching():
