@@ -21,7 +21,7 @@ kinds         numbers of boids by type
 world         the world of a trial, for display
 following     flocks from frame to frame
 
-looking       perceived neighbours and effects of rules, for display
+looking       perceived neighbours and effects of rules, for live display
 compiled      the folder of compiled kernels
 
 probe         a few short trials of code with unknown cost

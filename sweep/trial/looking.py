@@ -1,4 +1,7 @@
-"""Views of a simulation in addition to its frames. No view changes the simulation."""
+"""Views of a simulation in addition to its frames, and changes by a live session.
+
+No view changes the simulation.
+"""
 
 import copy
 from typing import NamedTuple, cast
@@ -6,11 +9,12 @@ from typing import NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from kernels import inspection
+from kernels import coverage, inspection
 from kernels.coverage import heatmap
 from kernels.inspection import Seen, velocities_after
 from kernels.metrics import Metric
 from kernels.model import Rule, Sight
+from kernels.recording import keep_frame
 from kernels.state import Floats
 from sweep.trial.simulation import Simulation
 
@@ -138,3 +142,33 @@ def _tried(simulation: Simulation, weights: dict[str, float]) -> Floats:
     flight = simulation.flight
     with copy.copy(simulation.noise).lent() as rng:
         return velocities_after(flight, flight.params._replace(**weights), rng)
+
+
+def retake_frame(simulation: Simulation) -> None:
+    """Record a frame of the present step again, after `take_frames`.
+
+    The present state must be finite, and the job must record every step.
+
+    Parameters
+    ----------
+    simulation : Simulation
+    """
+    keep_frame(simulation.flight.flock, simulation.flight.record)
+
+
+def go_on_covering(simulation: Simulation, earlier: Simulation) -> None:
+    """Take over visits of a run whose obstacles differ, after `go_on_from`.
+
+    Pixels that are outside obstacles in both runs keep their visits. A world with other
+    pixels begins without visits.
+
+    Parameters
+    ----------
+    simulation : Simulation
+        The run that continues.
+    earlier : Simulation
+        The run before the change.
+    """
+    coverage.go_on_covering(
+        simulation.flight.record.coverage, earlier.flight.record.coverage
+    )

@@ -6,11 +6,16 @@ Any metric can be plotted, and parameters can change during a run.
 from collections.abc import Iterable
 from dataclasses import replace
 
-from kernels.coverage import go_on_covering
-from kernels.recording import keep_frame
 from sweep.design import Job
 from sweep.spec import RecordSpec, needed
-from sweep.trial import Simulation, counts, counts_visits, pixels_of, world_of
+from sweep.trial import (
+    Simulation,
+    counts,
+    counts_visits,
+    looking,
+    pixels_of,
+    world_of,
+)
 
 MOST_PIXELS = 4_000_000
 """The largest world, in pixels, whose visits are counted for a picture alone."""
@@ -84,18 +89,5 @@ def changed(earlier: Simulation, job: Job, record: RecordSpec) -> Simulation:
     """
     simulation = simulation_of(job, record)
     simulation.go_on_from(earlier)
-    before = earlier.flight.record.coverage
-    go_on_covering(simulation.flight.record.coverage, before)
+    looking.go_on_covering(simulation, earlier)
     return simulation
-
-
-def retake_frame(simulation: Simulation) -> None:
-    """Record a frame of the present step again, after `take_frames`.
-
-    The present state must be finite, and the job must record every step.
-
-    Parameters
-    ----------
-    simulation : Simulation
-    """
-    keep_frame(simulation.flight.flock, simulation.flight.record)

@@ -15,7 +15,7 @@ from kernels.settings import StartSettings
 from sweep.errors import SpecError
 from sweep.spec import RecordSpec, Value
 from sweep.text import unknown
-from sweep.trial import Taken, counts_visits, measured
+from sweep.trial import Taken, counts_visits, looking, measured
 from sweep.web.compiling import prepare
 from sweep.web.course import Course, Part
 from sweep.web.edits import EditStack, Moment, differing
@@ -26,7 +26,6 @@ from sweep.web.running import (
     changed,
     counts_for,
     recorded,
-    retake_frame,
     simulation_of,
 )
 from sweep.web.state import COMMON, Range, Shape, ViewState
@@ -125,7 +124,7 @@ class Session:
         if self.diverged or self.history.knows(self.step):
             return
         record = self._record(self.state)
-        retake_frame(self.simulation)
+        looking.retake_frame(self.simulation)
         self._add(record, self.simulation.take_frames(record), 1)
 
     @property
