@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from numpy.random import Generator, default_rng
 
-from sweep.analysis import Interval
+from sweep.analysis import Declaration, Declared, Interval, mean_interval
 from sweep.campaigns.design_plan import plan_table
 from sweep.design.design import expand
 from sweep.design.jobs import Jobs
@@ -167,6 +167,46 @@ def test_scores_of_a_declared_range_need_no_spread_in_the_design_world(
     assert only.design.value == 1.0
     assert only.verdict == "drops"
     assert 0.1 < only.drop.low < 0.5 < only.drop.high
+
+
+def total_failure(settings: pd.DataFrame) -> np.ndarray:
+    """Weight 1 arrives always without loss, and never with loss; weight 2 reversed."""
+    is_first = settings["separation_weight"].to_numpy() == 1
+    is_design = settings["packet_loss"].to_numpy() == 0.0
+    return (is_first == is_design).astype(np.float64)
+
+
+@pytest.mark.parametrize("declared", ["proportion", Declaration.of("normal", 0.0, 1.0)])
+def test_a_total_failure_is_decided(
+    monkeypatch: pytest.MonkeyPatch, declared: Declared
+) -> None:
+    """Ten replicates bound each mean; forty realities of the same replicates do not
+    count as more. Without a declared range, equal values show no range.
+    """
+    monkeypatch.setattr(MadeUp, "distributions", {"speed": declared})
+    study = made_up(total_failure, draws=40, replicates=10)
+    gap = reality_gap(study, "speed+")
+    first, second = gap.controllers
+    assert (first.verdict, second.verdict) == ("drops", "gains")
+    alone = mean_interval(np.zeros(10), 0.95, distribution=declared)
+    assert first.realities == alone
+    assert first.drop.value == -second.drop.value == 1.0
+    assert 0.3 < first.drop.low < 1.0 - alone.high
+    (pair,) = gap.pairs
+    assert (pair.verdict, pair.realities.value, pair.change.value) == (
+        "reverses",
+        -1.0,
+        1.0,
+    )
+    monkeypatch.setattr(MadeUp, "distributions", {"speed": "normal"})
+    unknown = reality_gap(study, "speed+")
+    assert {each.verdict for each in unknown.controllers} == {"not decided"}
+
+
+def test_a_rounding_error_is_no_spread() -> None:
+    """A sum of 0.1 and its parts differ by bits alone."""
+    rows = np.where(np.arange(40) % 2, 0.1, np.nextafter(0.1, 1.0))
+    assert np.isnan(crossed_interval(0.1, rows, np.full(3, 0.1), 0.95).low)
 
 
 @pytest.mark.slow

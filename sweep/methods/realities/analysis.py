@@ -29,7 +29,9 @@ from sweep.methods.realities.estimates import (
     Floats,
     crossed_interval,
     difference_interval,
+    fewer_known,
     known_means,
+    varies,
     worst_mean,
 )
 from sweep.methods.realities.section import KEY
@@ -344,28 +346,32 @@ class _Judge:
     def _over_realities(self, number: int, confidence: float) -> Interval:
         rows = self.scores.realities(number)
         columns = known_means(self.scores.drawn[number], 0)
-        return crossed_interval(_mean(rows), rows, columns, confidence)
+        interval = crossed_interval(_mean(rows), rows, columns, confidence)
+        if np.isfinite(interval.low):
+            return interval
+        independent = fewer_known(rows, columns)
+        return mean_interval(independent, confidence, distribution=self.distribution)
 
     def _drop(self, number: int) -> Interval:
         """Return the loss from the design world to the realities.
 
-        Normal values are paired by replicate. Other distributions, and a design world
-        without variation, need the interval of the declared distribution.
+        Normal values are paired by replicate. Other distributions, and values without
+        variation, need the interval of the declared distribution.
         """
         design = self.scores.design[number]
         rows = self.scores.realities(number)
         confidence = self.simultaneous
-        is_normal = self.distribution.distribution == "normal"
-        spread = design[np.isfinite(design)]
-        if not is_normal or (len(spread) and np.ptp(spread) == 0.0):
-            ends = [
-                self._over_realities(number, confidence),
-                self._in_design(number, confidence),
-            ]
-            return difference_interval(*(self._oriented(end) for end in ends))
-        paired = design - known_means(self.scores.drawn[number], 0)
-        value = _mean(design) - _mean(rows)
-        return self._oriented(crossed_interval(value, rows, paired, confidence))
+        if self.distribution.distribution == "normal" and varies(design):
+            paired = design - known_means(self.scores.drawn[number], 0)
+            value = _mean(design) - _mean(rows)
+            drop = crossed_interval(value, rows, paired, confidence)
+            if np.isfinite(drop.low):
+                return self._oriented(drop)
+        ends = [
+            self._over_realities(number, confidence),
+            self._in_design(number, confidence),
+        ]
+        return difference_interval(*(self._oriented(end) for end in ends))
 
     def _oriented(self, interval: Interval) -> Interval:
         """Return an interval in which high values are better."""
@@ -400,13 +406,12 @@ class _Judge:
             Indices of two controllers. The better one in the design world becomes the
             leader.
         """
-        design = self._advantage_in_design(first, second)
+        scores = self.scores
+        design = self._advantage(scores.design[first], scores.design[second])
         if design.value < 0.0:
             return self.pair(second, first)
-        table = self.sign * (self.scores.drawn[first] - self.scores.drawn[second])
-        rows = known_means(table, 1)
-        columns = known_means(table, 0)
-        realities = crossed_interval(_mean(rows), rows, columns, self.simultaneous)
+        rows = known_means(self._advantages(first, second), 1)
+        realities = self._advantage_over_realities(first, second)
         changes = np.where(rows < 0.0, 1.0, 0.0)[np.isfinite(rows)]
         is_led = design.value > 0.0
         return RankChange(
@@ -420,13 +425,34 @@ class _Judge:
             verdict=_pair_verdict(design, realities),
         )
 
-    def _advantage_in_design(self, first: int, second: int) -> Interval:
-        """Return the advantage of a first controller, positive if it is better."""
-        design = self.scores.design
-        both = np.isfinite(design[[first, second]]).all(axis=0)
-        estimate = paired_estimate(
-            design[second][both], design[first][both], self.distribution
-        )
+    def _advantages(self, first: int, second: int) -> Floats:
+        """Return the advantage of a first controller in each trial, (N, R)."""
+        drawn = self.scores.drawn
+        advantages: Floats = self.sign * (drawn[first] - drawn[second])
+        return advantages
+
+    def _advantage_over_realities(self, first: int, second: int) -> Interval:
+        """Return the advantage of a first controller, the mean over realities."""
+        table = self._advantages(first, second)
+        rows = known_means(table, 1)
+        columns = known_means(table, 0)
+        interval = crossed_interval(_mean(rows), rows, columns, self.simultaneous)
+        if np.isfinite(interval.low):
+            return interval
+        both = np.isfinite(table)
+        sides = [
+            fewer_known(known_means(values, 1), known_means(values, 0))
+            for values in (
+                np.where(both, self.scores.drawn[controller], np.nan)
+                for controller in (first, second)
+            )
+        ]
+        return self._advantage(*sides)
+
+    def _advantage(self, first: Floats, second: Floats) -> Interval:
+        """Return the mean advantage of a first controller over independent pairs."""
+        both = np.isfinite(first) & np.isfinite(second)
+        estimate = paired_estimate(second[both], first[both], self.distribution)
         bounds = (np.nan, np.nan)
         if estimate.testable:
             bounds = estimate.interval(self.simultaneous)

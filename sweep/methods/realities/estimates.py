@@ -5,6 +5,9 @@ replicate. Rows are independent draws. Columns are independent too, but trials o
 column may share random numbers. So the mean of the table has the variance of the row
 means over the number of rows, plus the variance of the column means over the number of
 columns. The noise within the table counts twice, which makes intervals a little wide.
+
+A table without spread has no such variance. Trials on the diagonal share neither row
+nor column, so as many values as the shorter side has are independent.
 """
 
 import math
@@ -12,7 +15,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.analysis import Interval
+from sweep.analysis import Interval, equal
 
 Floats = NDArray[np.float64]
 
@@ -26,6 +29,17 @@ def known_means(table: Floats, axis: int) -> Floats:
     count = known.sum(axis=axis)
     total = np.where(known, table, 0.0).sum(axis=axis)
     return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+
+
+def varies(values: Floats) -> bool:
+    """Return whether the finite values differ by more than a rounding error."""
+    known = values[np.isfinite(values)]
+    return len(known) > 0 and not equal(known.min(), known.max())
+
+
+def fewer_known(rows: Floats, columns: Floats) -> Floats:
+    """Return the side of a table with fewer finite values."""
+    return min((columns, rows), key=lambda side: int(np.isfinite(side).sum()))
 
 
 def crossed_interval(
@@ -62,7 +76,9 @@ def crossed_interval(
     n = len(parts[0])
     if min(map(len, parts)) < 2:
         return Interval(value, math.nan, math.nan, n)
-    squares = [float(part.var(ddof=1)) / len(part) for part in parts]
+    squares = [
+        float(part.var(ddof=1)) / len(part) if varies(part) else 0.0 for part in parts
+    ]
     if sum(squares) == 0.0:
         return Interval(value, math.nan, math.nan, n)
     spread = sum(
