@@ -145,6 +145,37 @@ def test_trials_without_a_value_are_left_out() -> None:
     assert "6 trials without a value left out" in gap_report(gap).parts[0].caption
 
 
+def lossy(settings: pd.DataFrame) -> np.ndarray:
+    return settings["packet_loss"].to_numpy(dtype=float)
+
+
+def test_a_missing_value_leaves_the_indices_without_noise() -> None:
+    """Loss explains all of the variance, with the noise a quarter. One value of 122 is
+    no reason for another index than 0.05 away.
+    """
+    study = noisy(
+        made_up(lossy, draws=60, replicates=2, weights="[1]"), default_rng(4), 0.23
+    )
+    (complete,) = reality_gap(study, "speed+").controllers
+    speed = study.trials["speed"].to_numpy(copy=True)
+    speed[40] = np.nan
+    study.trials = study.trials.assign(speed=speed)
+    gap = reality_gap(study, "speed+")
+    (lacking,) = gap.controllers
+    indices = [float(each.indices.table["first"][0]) for each in (complete, lacking)]
+    assert indices[0] > 0.9
+    assert indices[1] == pytest.approx(indices[0], abs=0.05)
+    assert lacking.indices.without_noise
+    assert "without replicate noise" in gap_report(gap).to_latex()
+
+
+def test_one_replicate_leaves_the_noise_in_the_indices() -> None:
+    study = made_up(lossy, draws=60, replicates=1, weights="[1]")
+    gap = reality_gap(noisy(study, default_rng(4), 0.1), "speed+")
+    assert not gap.controllers[0].indices.without_noise
+    assert "replicate noise included" in gap_report(gap).to_latex()
+
+
 def test_one_replicate_decides_nothing() -> None:
     gap = reality_gap(made_up(crossing, replicates=1), "speed+")
     assert {each.verdict for each in gap.controllers} == {"not decided"}

@@ -386,14 +386,16 @@ class _Judge:
         known = np.isfinite(rows)
         if known.sum() < FEWEST_DRAWS:
             known[:] = False
-        # Common random numbers change all realities of a replicate alike.
+        # Common random numbers change all realities of a replicate alike, also those
+        # without a value in another replicate.
         alike = known_means(table - rows[:, None], 0)
-        rest = table - rows[:, None] - np.where(np.isfinite(alike), alike, 0.0)
-        noise = _noise(rest)
+        table = table - np.where(np.isfinite(alike), alike, 0.0)
+        rows = known_means(table, 1)
+        noise = _noise(table - rows[:, None])
         return sobol_indices(
             self.scores.imperfections[known],
             rows[known],
-            noise[known] if np.isfinite(noise[known]).all() else None,
+            None if noise is None else noise[known],
             self.confidence,
         )
 
@@ -464,18 +466,22 @@ def _mean(values: Floats) -> float:
     return float(known.mean()) if len(known) else np.nan
 
 
-def _noise(rest: Floats) -> Floats:
-    """Return the variance of the mean of each row by replicate noise, (N,).
+def _noise(rest: Floats) -> Floats | None:
+    """Return the squared error of the mean of each row by replicate noise, (N,).
 
-    NaN for fewer than two values. `rest` is (N, R), without the common part of each
-    replicate.
+    A row with a single value has the pooled variance of the other rows. None if no row
+    has two values. `rest` is (N, R), without the common part of each replicate.
     """
     known = np.isfinite(rest)
     count = known.sum(axis=1)
-    squares = np.where(known, rest, 0.0) ** 2
-    return np.where(
-        count > 1, squares.sum(axis=1) / np.maximum(count * (count - 1), 1), np.nan
-    )
+    several = count > 1
+    if not several.any():
+        return None
+    squares = (np.where(known, rest, 0.0) ** 2).sum(axis=1)
+    pooled = squares[several].sum() / (count[several] - 1).sum()
+    variances = np.where(several, squares / np.maximum(count - 1, 1), pooled)
+    errors: Floats = variances / np.maximum(count, 1)
+    return errors
 
 
 def _verdict(interval: Interval, above: str, below: str) -> str:

@@ -138,10 +138,12 @@ def _imperfections(gap: RealityGap) -> TextTable:
                     number(round(each.indices.predicted, 2)),
                 ]
             )
+    is_clean = all(each.indices.without_noise for each in gap.controllers)
+    noise = "without replicate noise" if is_clean else "replicate noise included"
     caption = (
         "first: fraction of the variance over realities that the imperfection explains"
         " alone\n"
-        "total: with all interactions (Sobol indices, without replicate noise)\n"
+        f"total: with all interactions (Sobol indices, {noise})\n"
         "predicted: fraction that the surrogate predicts at left-out draws"
     )
     if gap.draws < FEWEST_DRAWS:
@@ -212,6 +214,7 @@ def _controller_facts(gap: ControllerGap) -> dict[str, Any]:
         "verdict": gap.verdict,
         "indices": json_rows(gap.indices.table),
         "degree": gap.indices.degree,
+        "without_noise": gap.indices.without_noise,
         **quality,
     }
 

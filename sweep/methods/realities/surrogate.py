@@ -50,11 +50,15 @@ class SobolIndices(NamedTuple):
     predicted : float
         Fraction of the variance that the surrogate predicts at draws that the fit
         leaves out; NaN without a fit.
+    without_noise: bool
+        True if the variance of errors is known and taken out. Else the noise counts in
+        the variance, and makes indices smaller.
     """
 
     table: pd.DataFrame
     degree: int
     predicted: float
+    without_noise: bool
 
 
 class _Fit(NamedTuple):
@@ -83,7 +87,7 @@ def sobol_indices(
         A value per draw, (N,), without NaN.
     noise : array, optional
         Variance of the error of each value, (N,). The variance of the values is reduced
-        by its mean. By default values have no error.
+        by its mean. By default the variance of errors is unknown, and remains.
     confidence : float, default 0.95
 
     Returns
@@ -98,12 +102,12 @@ def sobol_indices(
     spread = float(np.ptp(values)) if n else 0.0
     known = noise if noise is not None else np.zeros(n)
     if n < 2 or spread <= ROUNDING * float(np.abs(values).max(initial=0.0)):
-        return _unknown(names)
+        return _unknown(names, without_noise=noise is not None)
     centred = (values - values.mean()) / spread
     variance = _variances(centred, known / spread**2)
     fit = _best_fit(parameters, centred)
     if fit is None or _bounded(variance, confidence)[1] <= 0.0:
-        return _unknown(names)
+        return _unknown(names, without_noise=noise is not None)
     rows = []
     alone = fit.terms.sum(axis=1) == 1
     for place, name in enumerate(names):
@@ -118,13 +122,15 @@ def sobol_indices(
         rows.append(row)
     mean_square = float(centred @ centred) / n
     predicted = max(0.0, 1.0 - fit.error / mean_square)
-    return SobolIndices(pd.DataFrame(rows), fit.degree, predicted)
+    return SobolIndices(
+        pd.DataFrame(rows), fit.degree, predicted, without_noise=noise is not None
+    )
 
 
-def _unknown(names: list[str]) -> SobolIndices:
+def _unknown(names: list[str], *, without_noise: bool) -> SobolIndices:
     columns = ("first", "first_low", "first_high", "total", "total_low", "total_high")
     rows = [{"parameter": name} | dict.fromkeys(columns, np.nan) for name in names]
-    return SobolIndices(pd.DataFrame(rows), 0, np.nan)
+    return SobolIndices(pd.DataFrame(rows), 0, np.nan, without_noise=without_noise)
 
 
 def _variances(values: Floats, noise: Floats) -> Floats:
