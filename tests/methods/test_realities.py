@@ -17,8 +17,10 @@ from sweep.errors import ChoiceError
 from sweep.methods.realities import gap_report, reality_gap
 from sweep.methods.realities.analysis import scores_of
 from sweep.methods.realities.estimates import (
+    crossed_estimate,
     crossed_interval,
     difference_interval,
+    lost_fraction,
     worst_mean,
 )
 from sweep.methods.realities.surrogate import sobol_indices
@@ -299,6 +301,33 @@ def test_crossed_intervals_hold() -> None:
         interval = crossed_interval(table.mean(), rows, columns, 0.95)
         hold += interval.low < 0.0 < interval.high
     assert 0.94 < hold / 1000 < 0.99
+
+
+def test_one_column_has_no_interval() -> None:
+    table = default_rng(1).normal(size=(30, 1))
+    assert np.isnan(crossed_estimate(worst_mean, table, 0.95).low)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("deviation", [0.0, 1.0])
+def test_intervals_hold_with_a_common_part_of_replicates(deviation: float) -> None:
+    """Scores have an effect of the reality and one of the replicate, each with
+    variance 1, and noise. Rows alone hold in 27 to 47 % of 300 tables. With replicates
+    some 93 to 95 % hold: at least 89 %, 3 standard deviations of 93 % below.
+    """
+    true = np.sqrt(1.0 + deviation**2 / 5) * -1.75498
+    worst_holds = 0
+    rank_holds = 0
+    for seed in range(300):
+        rng = default_rng(seed)
+        table = rng.normal(size=(200, 1)) + rng.normal(size=5)
+        table = table + deviation * rng.normal(size=table.shape)
+        worst = crossed_estimate(worst_mean, table, 0.95)
+        rank = crossed_estimate(lost_fraction, table, 0.95)
+        worst_holds += worst.low < true < worst.high
+        rank_holds += rank.low < 0.5 < rank.high
+    assert 267 <= worst_holds < 297
+    assert 267 <= rank_holds < 297
 
 
 def test_a_difference_of_intervals_adds_squares() -> None:

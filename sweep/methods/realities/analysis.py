@@ -7,6 +7,7 @@ differences between controllers are paired by reality and by replicate.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import combinations
 from typing import NamedTuple
 
@@ -27,10 +28,12 @@ from sweep.errors import ChoiceError
 from sweep.figures import direction, named
 from sweep.methods.realities.estimates import (
     Floats,
+    crossed_estimate,
     crossed_interval,
     difference_interval,
     fewer_known,
     known_means,
+    lost_fraction,
     varies,
     worst_mean,
 )
@@ -323,17 +326,14 @@ class _Judge:
     def controller(self, number: int) -> ControllerGap:
         """Return the gap of a controller."""
         scores = self.scores
-        realities = scores.realities(number)
-        known = np.isfinite(realities)
+        worst = partial(worst_mean, low_is_worst=self.sign > 0.0)
         drop = self._drop(number)
         return ControllerGap(
             scores.controllers[number],
             design=self._in_design(number, self.confidence),
             realities=self._over_realities(number, self.confidence),
             drop=drop,
-            worst_tenth=worst_mean(
-                realities[known], self.confidence, low_is_worst=self.sign > 0.0
-            ),
+            worst_tenth=crossed_estimate(worst, scores.drawn[number], self.confidence),
             verdict=_verdict(drop, DROPS, GAINS),
             indices=self._indices(number),
         )
@@ -412,18 +412,18 @@ class _Judge:
         design = self._advantage(scores.design[first], scores.design[second])
         if design.value < 0.0:
             return self.pair(second, first)
-        rows = known_means(self._advantages(first, second), 1)
         realities = self._advantage_over_realities(first, second)
-        changes = np.where(rows < 0.0, 1.0, 0.0)[np.isfinite(rows)]
-        is_led = design.value > 0.0
+        change = Interval(np.nan, np.nan, np.nan, 0)
+        if design.value > 0.0:
+            table = self._advantages(first, second)
+            change = crossed_estimate(lost_fraction, table, self.confidence)
+        low, high = np.clip([change.low, change.high], 0.0, 1.0).tolist()
         return RankChange(
             self.scores.controllers[first],
             self.scores.controllers[second],
             design=design,
             realities=realities,
-            change=mean_interval(
-                changes if is_led else [], self.confidence, distribution="proportion"
-            ),
+            change=change._replace(low=low, high=high),
             verdict=_pair_verdict(design, realities),
         )
 

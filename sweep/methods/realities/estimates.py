@@ -11,11 +11,12 @@ nor column, so as many values as the shorter side has are independent.
 """
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sweep.analysis import Interval, equal
+from sweep.analysis import Interval, equal, mean_interval
 
 Floats = NDArray[np.float64]
 
@@ -68,7 +69,7 @@ def crossed_interval(
     ...     0.6, np.array([0.5, 0.6, 0.7]), np.array([0.58, 0.62]), 0.95
     ... )
     >>> round(interval.low, 2), round(interval.high, 2)
-    (0.41, 0.79)
+    (0.38, 0.82)
     """
     from scipy.stats import t
 
@@ -101,6 +102,60 @@ def difference_interval(first: Interval, second: Interval) -> Interval:
     return Interval(value, value - below, value + above, second.n)
 
 
+def crossed_estimate(
+    estimate: Callable[[Floats, float], Interval], table: Floats, confidence: float
+) -> Interval:
+    """Return an estimate from row means, with the spread of rows and of columns.
+
+    The variance of the columns is the jackknife's, from the estimates without each
+    column. The distances of bounds are added as squares (see `difference_interval`).
+
+    Parameters
+    ----------
+    estimate : callable
+        Takes the means of rows without NaN, (N,), and a confidence. Returns an interval
+        from the spread of the rows alone.
+    table : array
+        (N, R). NaN does not count.
+    confidence : float
+
+    Returns
+    -------
+    Interval
+        Bounds are NaN for fewer than two columns.
+
+    Examples
+    --------
+    >>> table = np.linspace(0.0, 1.0, 20)[:, None] + [-0.1, 0.0, 0.1]
+    >>> interval = crossed_estimate(worst_mean, table, 0.95)
+    >>> round(interval.value, 3), round(interval.low, 2), round(interval.high, 2)
+    (0.026, -0.39, 0.44)
+    """
+    from scipy.stats import t
+
+    known = table[:, np.isfinite(table).any(axis=0)]
+    r = known.shape[1]
+    rows = known_means(known, 1)
+    value, low, high, n = estimate(rows[np.isfinite(rows)], confidence)
+    if r < 2:
+        return Interval(value, math.nan, math.nan, n)
+    without = list[float]()
+    for column in range(r):
+        rows = known_means(np.delete(known, column, axis=1), 1)
+        without.append(estimate(rows[np.isfinite(rows)], confidence).value)
+    error = (r - 1) * float(np.std(without, ddof=1)) / math.sqrt(r)
+    half = float(t.ppf(0.5 + confidence / 2, r - 1)) * error
+    below = math.hypot(value - low, half)
+    above = math.hypot(high - value, half)
+    return Interval(value, value - below, value + above, n)
+
+
+def lost_fraction(advantages: Floats, confidence: float) -> Interval:
+    """Return the fraction of negative values, with the interval of a proportion."""
+    lost = np.where(advantages < 0.0, 1.0, 0.0)
+    return mean_interval(lost, confidence, distribution="proportion")
+
+
 def worst_mean(
     values: Floats, confidence: float, *, low_is_worst: bool = True
 ) -> Interval:
@@ -127,7 +182,7 @@ def worst_mean(
     --------
     >>> worst = worst_mean(np.arange(100.0), 0.95)
     >>> worst.value, round(worst.low, 2), round(worst.high, 2)
-    (4.5, -1.92, 10.92)
+    (4.5, 0.8, 8.2)
     """
     from scipy.stats import t
 

@@ -77,7 +77,10 @@ def _notes(gap: RealityGap) -> Iterator[str]:
         f"drop: from the design world to the mean of the realities; simultaneous"
         f" {level} confidence intervals (Bonferroni, with the advantages of pairs)"
     )
-    yield f"worst tenth: mean of the worst tenth of the realities (CVaR), {level}"
+    yield (
+        f"worst tenth: mean of the worst tenth of the realities (CVaR), {level}"
+        " confidence intervals over realities and replicates"
+    )
     enough = round(FEW_IN_TENTH / TENTH)
     if gap.draws < enough:
         yield (
@@ -112,7 +115,8 @@ def _pairs(gap: RealityGap, unit: str) -> TextTable:
         ],
         caption=(
             "probability of rank change: fraction of realities in which the second"
-            f" controller is better, {100 * gap.confidence:g} %; replicate noise counts"
+            f" controller is better, {100 * gap.confidence:g} % confidence intervals"
+            " over realities and replicates; replicate noise counts"
         ),
         hidden=max(len(gap.pairs) - MAX_ROWS, 0),
         row_name="pair",
