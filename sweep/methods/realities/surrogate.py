@@ -7,7 +7,8 @@ functions, so the squared coefficients are the parts of the variance.
 
 - A parameter with numbers enters by its rank. A monotone change of a parameter changes
   no index, so Legendre polynomials of ranks suit every distribution.
-- A parameter with few values enters by contrasts between these values.
+- A parameter with few values enters by contrasts between these values,
+  orthonormal for the frequencies in the sample.
 - The degree is the one with the smallest error for draws that the fit leaves out.
 - The jackknife over draws removes the bias of squared coefficients. An index is a ratio
   of two jackknife estimates, with the interval of a ratio estimator (Cochran 1977,
@@ -179,9 +180,10 @@ def _functions(column: "pd.Series[float]", degree: int) -> list[tuple[int, Float
     n = len(column)
     if len(distinct) <= FEW_VALUES or not pd.api.types.is_numeric_dtype(column):
         levels = len(distinct)
-        # Orthonormal columns, of which the first is constant.
-        basis = np.linalg.qr(np.c_[np.ones(levels), np.eye(levels)[:, :-1]])[0]
-        contrasts = np.sqrt(levels) * basis[codes, 1:]
+        # Orthonormal for the observed frequencies; the first column is constant.
+        roots = np.sqrt(np.bincount(codes) / n)[:, None]
+        start = np.c_[np.ones(levels), np.eye(levels)[:, :-1]]
+        contrasts = (np.linalg.qr(roots * start)[0] / roots)[codes, 1:]
         return [(0, np.ones(n)), *((1, contrast) for contrast in contrasts.T)]
     ranks = (column.rank().to_numpy(np.float64) - 0.5) / n
     powers = np.polynomial.legendre.legvander(2.0 * ranks - 1.0, degree)
