@@ -381,6 +381,19 @@ def test_listed_values_enter_by_contrasts() -> None:
     np.testing.assert_allclose(table["total"], [14 / 18, 4 / 18], atol=0.06)
 
 
+def test_values_of_unequal_frequency_enter_by_orthonormal_contrasts() -> None:
+    """A rare value adds 4, with variance 16 x 0.05 x 0.95; a number adds the
+    variance 0.14. The parts are 0.844 and 0.156. Contrasts for equal frequencies give
+    1.00.
+    """
+    rng = default_rng(9)
+    rare = rng.permutation(np.arange(600) < 30)
+    drawn = pd.DataFrame({"rare": rare.astype(float), "x": rng.random(600)})
+    values = 4.0 * drawn["rare"] + np.sqrt(12 * 0.1404) * drawn["x"]
+    table = sobol_indices(drawn, values.to_numpy()).table
+    np.testing.assert_allclose(table["total"], [0.844, 0.156], atol=0.04)
+
+
 def test_replicate_noise_is_taken_out_of_the_indices() -> None:
     """Half of the variance is noise. Means of 30 samples within 4 standard errors."""
     found = []
@@ -441,6 +454,17 @@ def test_a_stored_study_has_a_gap(tmp_path: Path) -> None:
     assert rows[0].startswith("quantity,controller,other,imperfection,value,low,high")
     for form in ([], ["--latex"]):
         assert "worst tenth" in command(tmp_path, "gap", "robots", *form).stdout
+
+
+def test_repeated_draws_are_reported() -> None:
+    """60 draws of 5 x 4 values, of which one is the design world."""
+    discrete = "packet_loss: {choice: [0, 0.1, 0.2, 0.3, 0.4]}"
+    discrete += ", position_noise: {choice: [0, 1, 2, 3]}"
+    gap = reality_gap(made_up(weights_alone, discrete, draws=60), "speed")
+    assert gap.draws + gap.repeated == 60
+    assert gap.repeated >= 60 - 19
+    assert f"{gap.repeated} draws left out" in gap_report(gap).parts[0].caption
+    assert reality_gap(made_up(weights_alone), "speed").repeated == 0
 
 
 def test_more_draws_run_only_the_new_realities(tmp_path: Path) -> None:

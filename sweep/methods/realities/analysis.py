@@ -163,6 +163,16 @@ class RealityGap:
         """The number of realities."""
         return len(self.scores.imperfections)
 
+    @property
+    def repeated(self) -> int:
+        """The number of draws of the study that repeat a reality or the design world.
+
+        Repeated draws are no realities, so all estimates are over different realities.
+        0 for a plan that does not record the number.
+        """
+        record: dict[str, int] = self.study.about.sections[KEY.name]
+        return record.get("repeated", 0)
+
 
 def scores_of(study: StoredStudy, column: str) -> Scores:
     """Return the values of a metric for each controller in each reality.

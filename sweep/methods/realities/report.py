@@ -39,6 +39,7 @@ def gap_report(gap: RealityGap) -> Report:
         "better": gap.better,
         "confidence": gap.confidence,
         "draws": gap.draws,
+        "repeated": gap.repeated,
         "trials_without_value": gap.scores.without_value,
         "controllers": [_controller_facts(each) for each in gap.controllers],
         "pairs": [_pair_facts(each) for each in gap.pairs],
@@ -73,6 +74,11 @@ def _notes(gap: RealityGap) -> Iterator[str]:
         f"{gap.draws:,} realities, common to all controllers; {gap.better} values are"
         " better"
     )
+    if gap.repeated:
+        yield (
+            f"{so_many(gap.repeated, 'draw')} left out: equal to the design world or an"
+            " earlier draw; each different reality counts once, at any frequency"
+        )
     yield (
         f"drop: from the design world to the mean of the realities; simultaneous"
         f" {level} confidence intervals (Bonferroni, with the advantages of pairs)"
