@@ -419,6 +419,39 @@ def test_noise_alone_has_no_indices() -> None:
     assert sobol_indices(drawn, np.ones(100)).degree == 0
 
 
+def test_unknown_indices_have_the_true_reason() -> None:
+    rng = default_rng(2)
+    drawn = pd.DataFrame(rng.random((100, 2)), columns=[*"ab"])
+    values = rng.normal(size=100)
+    many = pd.DataFrame(rng.random((100, 40)))
+    twice = pd.DataFrame({"a": drawn["a"], "b": drawn["a"]})
+    noise = np.full(100, 1.0)
+    cases = [
+        (drawn[:29], values[:29], None, "indices need at least 30 realities"),
+        (drawn, np.ones(100), None, "the score is equal in all realities"),
+        (many, values, None, "too few realities for the number of imperfections"),
+        (twice, values, None, "imperfections change together"),
+        (drawn, values, noise, "the variance over realities is within replicate noise"),
+    ]
+    for parameters, scores, error, reason in cases:
+        indices = sobol_indices(parameters, scores, error)
+        assert indices.reason.startswith(reason)
+        assert indices.table["total"].isna().all()
+    assert sobol_indices(drawn, drawn["a"].to_numpy()).reason == ""
+
+
+def test_the_report_has_the_reason_of_each_controller() -> None:
+    """The score of weight 2 is 0.4 in all realities."""
+    gap = reality_gap(made_up(crossing), "speed+")
+    caption = gap_report(gap).parts[-1].caption
+    assert "separation weight = 2: the score is equal in all realities" in caption
+    assert "separation weight = 1:" not in caption
+    few = gap_report(reality_gap(made_up(crossing, draws=20), "speed+"))
+    caption = few.parts[-1].caption
+    assert "-: indices need at least 30 realities with a score" in caption
+    assert few.facts["controllers"][0]["reason"]
+
+
 SPEC = """\
 study: robots
 model: nguyen2024

@@ -43,8 +43,6 @@ from sweep.spec import Column
 from sweep.tables import StoredStudy
 
 REPLICATE = ["seed", "replicate"]
-FEWEST_DRAWS = 30
-"""Least number of draws for Sobol indices."""
 DROPS = "drops"
 GAINS = "gains"
 HOLDS = "holds"
@@ -394,8 +392,6 @@ class _Judge:
         table = self.scores.drawn[number]
         rows = self.scores.realities(number)
         known = np.isfinite(rows)
-        if known.sum() < FEWEST_DRAWS:
-            known[:] = False
         # Common random numbers change all realities of a replicate alike, also those
         # without a value in another replicate.
         alike = known_means(table - rows[:, None], 0)

@@ -8,7 +8,6 @@ import pandas as pd
 
 from sweep.analysis import Interval, is_centred, number, plus_minus, with_interval
 from sweep.methods.realities.analysis import (
-    FEWEST_DRAWS,
     ControllerGap,
     RankChange,
     RealityGap,
@@ -156,10 +155,11 @@ def _imperfections(gap: RealityGap) -> TextTable:
         f"total: with all interactions (Sobol indices, {noise})\n"
         "predicted: fraction that the surrogate predicts at left-out draws"
     )
-    if gap.draws < FEWEST_DRAWS:
-        caption = f"indices need at least {FEWEST_DRAWS} realities"
-    elif any(math.isnan(each.indices.predicted) for each in gap.controllers):
-        caption += "\n-: the variance over realities is within replicate noise"
+    reasons = {each.controller: each.indices.reason for each in gap.controllers}
+    if len({*reasons.values()}) == 1:
+        reasons = {"-": gap.controllers[0].indices.reason}
+    for name, reason in [*reasons.items()][:MAX_ROWS]:
+        caption += f"\n{name}: {reason}" if reason else ""
     return TextTable(
         columns=["controller", "imperfection", "first", "total", "predicted"],
         rows=rows,
@@ -225,6 +225,7 @@ def _controller_facts(gap: ControllerGap) -> dict[str, Any]:
         "indices": json_rows(gap.indices.table),
         "degree": gap.indices.degree,
         "without_noise": gap.indices.without_noise,
+        "reason": gap.indices.reason,
         **quality,
     }
 

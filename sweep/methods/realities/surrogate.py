@@ -18,6 +18,7 @@ The error for left-out draws is part of the result: the surrogate knows nothing 
 the part of the variance that it does not predict.
 """
 
+from functools import partial
 from itertools import product
 from math import prod
 from typing import NamedTuple
@@ -27,6 +28,15 @@ import pandas as pd
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+
+FEWEST_DRAWS = 30
+"""Least number of draws for indices."""
+FEW_DRAWS = f"indices need at least {FEWEST_DRAWS} realities with a score"
+CONSTANT = "the score is equal in all realities"
+FEW_FOR_TERMS = "too few realities for the number of imperfections"
+CONFOUNDED = "imperfections change together in the drawn realities"
+WITHIN_NOISE = "the variance over realities is within replicate noise"
+UNCERTAIN = "the confidence interval of the variance over realities includes 0"
 
 FEW_VALUES = 5
 """Number of distinct values up to which a parameter enters by contrasts."""
@@ -54,12 +64,15 @@ class SobolIndices(NamedTuple):
     without_noise: bool
         True if the variance of errors is known and taken out. Else the noise counts in
         the variance, and makes indices smaller.
+    reason : str
+        Reason why the indices are unknown; "" if they are known.
     """
 
     table: pd.DataFrame
     degree: int
     predicted: float
     without_noise: bool
+    reason: str = ""
 
 
 class _Fit(NamedTuple):
@@ -95,20 +108,26 @@ def sobol_indices(
     -------
     SobolIndices
         Indices are fractions of the variance without noise. Intervals are Student's, of
-        the jackknife, and cut off at 0 and 1. All are NaN if the draws are too few, or
-        if the interval of the variance without noise includes 0.
+        the jackknife, and cut off at 0 and 1. All are NaN if the draws are too few, if
+        the values are equal, if parameters change together, or if the interval of the
+        variance without noise includes 0. Then `reason` names the case.
     """
     names = [str(name) for name in parameters]
     n = len(values)
     spread = float(np.ptp(values)) if n else 0.0
     known = noise if noise is not None else np.zeros(n)
-    if n < 2 or spread <= ROUNDING * float(np.abs(values).max(initial=0.0)):
-        return _unknown(names, without_noise=noise is not None)
+    unknown = partial(_unknown, names, without_noise=noise is not None)
+    if n < FEWEST_DRAWS:
+        return unknown(FEW_DRAWS)
+    if spread <= ROUNDING * float(np.abs(values).max(initial=0.0)):
+        return unknown(CONSTANT)
     centred = (values - values.mean()) / spread
     variance = _variances(centred, known / spread**2)
     fit = _best_fit(parameters, centred)
-    if fit is None or _bounded(variance, confidence)[1] <= 0.0:
-        return _unknown(names, without_noise=noise is not None)
+    if isinstance(fit, str):
+        return unknown(fit)
+    if _bounded(variance, confidence)[1] <= 0.0:
+        return unknown(UNCERTAIN if noise is None else WITHIN_NOISE)
     rows = []
     alone = fit.terms.sum(axis=1) == 1
     for place, name in enumerate(names):
@@ -128,10 +147,11 @@ def sobol_indices(
     )
 
 
-def _unknown(names: list[str], *, without_noise: bool) -> SobolIndices:
+def _unknown(names: list[str], reason: str, *, without_noise: bool) -> SobolIndices:
     columns = ("first", "first_low", "first_high", "total", "total_low", "total_high")
     rows = [{"parameter": name} | dict.fromkeys(columns, np.nan) for name in names]
-    return SobolIndices(pd.DataFrame(rows), 0, np.nan, without_noise=without_noise)
+    table = pd.DataFrame(rows)
+    return SobolIndices(table, 0, np.nan, without_noise=without_noise, reason=reason)
 
 
 def _variances(values: Floats, noise: Floats) -> Floats:
@@ -143,12 +163,13 @@ def _variances(values: Floats, noise: Floats) -> Floats:
     return jackknifed - noise
 
 
-def _best_fit(parameters: pd.DataFrame, values: Floats) -> _Fit | None:
+def _best_fit(parameters: pd.DataFrame, values: Floats) -> _Fit | str:
     """Return the fit with the smallest error for left-out draws.
 
-    None if the draws are too few for a polynomial of degree 1.
+    Without a fit of degree 1, return the reason.
     """
     fits = list[_Fit]()
+    reason = FEW_FOR_TERMS
     for degree in range(1, MOST_DEGREE + 1):
         sides = [_functions(parameters[name], degree) for name in parameters]
         orders = _orders([[order for order, _ in side] for side in sides], degree)
@@ -166,9 +187,10 @@ def _best_fit(parameters: pd.DataFrame, values: Floats) -> _Fit | None:
         )
         terms = np.array(orders) > 0
         if np.linalg.matrix_rank(matrix) < len(orders):
+            reason = CONFOUNDED
             break
         fits.append(_least_squares(matrix, values, terms=terms, degree=degree))
-    return min(fits, key=lambda fit: fit.error, default=None)
+    return min(fits, key=lambda fit: fit.error) if fits else reason
 
 
 def _functions(column: "pd.Series[float]", degree: int) -> list[tuple[int, Floats]]:
