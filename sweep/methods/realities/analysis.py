@@ -7,6 +7,7 @@ differences between controllers are paired by reality and by replicate.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import combinations
 from typing import NamedTuple
 
@@ -27,9 +28,13 @@ from sweep.errors import ChoiceError
 from sweep.figures import direction, named
 from sweep.methods.realities.estimates import (
     Floats,
+    crossed_estimate,
     crossed_interval,
     difference_interval,
+    fewer_known,
     known_means,
+    lost_fraction,
+    varies,
     worst_mean,
 )
 from sweep.methods.realities.section import KEY
@@ -38,8 +43,6 @@ from sweep.spec import Column
 from sweep.tables import StoredStudy
 
 REPLICATE = ["seed", "replicate"]
-FEWEST_DRAWS = 30
-"""Least number of draws for Sobol indices."""
 DROPS = "drops"
 GAINS = "gains"
 HOLDS = "holds"
@@ -157,6 +160,16 @@ class RealityGap:
     def draws(self) -> int:
         """The number of realities."""
         return len(self.scores.imperfections)
+
+    @property
+    def repeated(self) -> int:
+        """The number of draws of the study that repeat a reality or the design world.
+
+        Repeated draws are no realities, so all estimates are over different realities.
+        0 for a plan that does not record the number.
+        """
+        record: dict[str, int] = self.study.about.sections[KEY.name]
+        return record.get("repeated", 0)
 
 
 def scores_of(study: StoredStudy, column: str) -> Scores:
@@ -321,17 +334,14 @@ class _Judge:
     def controller(self, number: int) -> ControllerGap:
         """Return the gap of a controller."""
         scores = self.scores
-        realities = scores.realities(number)
-        known = np.isfinite(realities)
+        worst = partial(worst_mean, low_is_worst=self.sign > 0.0)
         drop = self._drop(number)
         return ControllerGap(
             scores.controllers[number],
             design=self._in_design(number, self.confidence),
             realities=self._over_realities(number, self.confidence),
             drop=drop,
-            worst_tenth=worst_mean(
-                realities[known], self.confidence, low_is_worst=self.sign > 0.0
-            ),
+            worst_tenth=crossed_estimate(worst, scores.drawn[number], self.confidence),
             verdict=_verdict(drop, DROPS, GAINS),
             indices=self._indices(number),
         )
@@ -344,28 +354,32 @@ class _Judge:
     def _over_realities(self, number: int, confidence: float) -> Interval:
         rows = self.scores.realities(number)
         columns = known_means(self.scores.drawn[number], 0)
-        return crossed_interval(_mean(rows), rows, columns, confidence)
+        interval = crossed_interval(_mean(rows), rows, columns, confidence)
+        if np.isfinite(interval.low):
+            return interval
+        independent = fewer_known(rows, columns)
+        return mean_interval(independent, confidence, distribution=self.distribution)
 
     def _drop(self, number: int) -> Interval:
         """Return the loss from the design world to the realities.
 
-        Normal values are paired by replicate. Other distributions, and a design world
-        without variation, need the interval of the declared distribution.
+        Normal values are paired by replicate. Other distributions, and values without
+        variation, need the interval of the declared distribution.
         """
         design = self.scores.design[number]
         rows = self.scores.realities(number)
         confidence = self.simultaneous
-        is_normal = self.distribution.distribution == "normal"
-        spread = design[np.isfinite(design)]
-        if not is_normal or (len(spread) and np.ptp(spread) == 0.0):
-            ends = [
-                self._over_realities(number, confidence),
-                self._in_design(number, confidence),
-            ]
-            return difference_interval(*(self._oriented(end) for end in ends))
-        paired = design - known_means(self.scores.drawn[number], 0)
-        value = _mean(design) - _mean(rows)
-        return self._oriented(crossed_interval(value, rows, paired, confidence))
+        if self.distribution.distribution == "normal" and varies(design):
+            paired = design - known_means(self.scores.drawn[number], 0)
+            value = _mean(design) - _mean(rows)
+            drop = crossed_interval(value, rows, paired, confidence)
+            if np.isfinite(drop.low):
+                return self._oriented(drop)
+        ends = [
+            self._over_realities(number, confidence),
+            self._in_design(number, confidence),
+        ]
+        return difference_interval(*(self._oriented(end) for end in ends))
 
     def _oriented(self, interval: Interval) -> Interval:
         """Return an interval in which high values are better."""
@@ -378,16 +392,16 @@ class _Judge:
         table = self.scores.drawn[number]
         rows = self.scores.realities(number)
         known = np.isfinite(rows)
-        if known.sum() < FEWEST_DRAWS:
-            known[:] = False
-        # Common random numbers change all realities of a replicate alike.
+        # Common random numbers change all realities of a replicate alike, also those
+        # without a value in another replicate.
         alike = known_means(table - rows[:, None], 0)
-        rest = table - rows[:, None] - np.where(np.isfinite(alike), alike, 0.0)
-        noise = _noise(rest)
+        table = table - np.where(np.isfinite(alike), alike, 0.0)
+        rows = known_means(table, 1)
+        noise = _noise(table - rows[:, None])
         return sobol_indices(
             self.scores.imperfections[known],
             rows[known],
-            noise[known] if np.isfinite(noise[known]).all() else None,
+            None if noise is None else noise[known],
             self.confidence,
         )
 
@@ -400,33 +414,53 @@ class _Judge:
             Indices of two controllers. The better one in the design world becomes the
             leader.
         """
-        design = self._advantage_in_design(first, second)
+        scores = self.scores
+        design = self._advantage(scores.design[first], scores.design[second])
         if design.value < 0.0:
             return self.pair(second, first)
-        table = self.sign * (self.scores.drawn[first] - self.scores.drawn[second])
-        rows = known_means(table, 1)
-        columns = known_means(table, 0)
-        realities = crossed_interval(_mean(rows), rows, columns, self.simultaneous)
-        changes = np.where(rows < 0.0, 1.0, 0.0)[np.isfinite(rows)]
-        is_led = design.value > 0.0
+        realities = self._advantage_over_realities(first, second)
+        change = Interval(np.nan, np.nan, np.nan, 0)
+        if design.value > 0.0:
+            table = self._advantages(first, second)
+            change = crossed_estimate(lost_fraction, table, self.confidence)
+        low, high = np.clip([change.low, change.high], 0.0, 1.0).tolist()
         return RankChange(
             self.scores.controllers[first],
             self.scores.controllers[second],
             design=design,
             realities=realities,
-            change=mean_interval(
-                changes if is_led else [], self.confidence, distribution="proportion"
-            ),
+            change=change._replace(low=low, high=high),
             verdict=_pair_verdict(design, realities),
         )
 
-    def _advantage_in_design(self, first: int, second: int) -> Interval:
-        """Return the advantage of a first controller, positive if it is better."""
-        design = self.scores.design
-        both = np.isfinite(design[[first, second]]).all(axis=0)
-        estimate = paired_estimate(
-            design[second][both], design[first][both], self.distribution
-        )
+    def _advantages(self, first: int, second: int) -> Floats:
+        """Return the advantage of a first controller in each trial, (N, R)."""
+        drawn = self.scores.drawn
+        advantages: Floats = self.sign * (drawn[first] - drawn[second])
+        return advantages
+
+    def _advantage_over_realities(self, first: int, second: int) -> Interval:
+        """Return the advantage of a first controller, the mean over realities."""
+        table = self._advantages(first, second)
+        rows = known_means(table, 1)
+        columns = known_means(table, 0)
+        interval = crossed_interval(_mean(rows), rows, columns, self.simultaneous)
+        if np.isfinite(interval.low):
+            return interval
+        both = np.isfinite(table)
+        sides = [
+            fewer_known(known_means(values, 1), known_means(values, 0))
+            for values in (
+                np.where(both, self.scores.drawn[controller], np.nan)
+                for controller in (first, second)
+            )
+        ]
+        return self._advantage(*sides)
+
+    def _advantage(self, first: Floats, second: Floats) -> Interval:
+        """Return the mean advantage of a first controller over independent pairs."""
+        both = np.isfinite(first) & np.isfinite(second)
+        estimate = paired_estimate(second[both], first[both], self.distribution)
         bounds = (np.nan, np.nan)
         if estimate.testable:
             bounds = estimate.interval(self.simultaneous)
@@ -438,18 +472,22 @@ def _mean(values: Floats) -> float:
     return float(known.mean()) if len(known) else np.nan
 
 
-def _noise(rest: Floats) -> Floats:
-    """Return the variance of the mean of each row by replicate noise, (N,).
+def _noise(rest: Floats) -> Floats | None:
+    """Return the squared error of the mean of each row by replicate noise, (N,).
 
-    NaN for fewer than two values. `rest` is (N, R), without the common part of each
-    replicate.
+    A row with a single value has the pooled variance of the other rows. None if no row
+    has two values. `rest` is (N, R), without the common part of each replicate.
     """
     known = np.isfinite(rest)
     count = known.sum(axis=1)
-    squares = np.where(known, rest, 0.0) ** 2
-    return np.where(
-        count > 1, squares.sum(axis=1) / np.maximum(count * (count - 1), 1), np.nan
-    )
+    several = count > 1
+    if not several.any():
+        return None
+    squares = (np.where(known, rest, 0.0) ** 2).sum(axis=1)
+    pooled = squares[several].sum() / (count[several] - 1).sum()
+    variances = np.where(several, squares / np.maximum(count - 1, 1), pooled)
+    errors: Floats = variances / np.maximum(count, 1)
+    return errors
 
 
 def _verdict(interval: Interval, above: str, below: str) -> str:

@@ -8,7 +8,6 @@ import pandas as pd
 
 from sweep.analysis import Interval, is_centred, number, plus_minus, with_interval
 from sweep.methods.realities.analysis import (
-    FEWEST_DRAWS,
     ControllerGap,
     RankChange,
     RealityGap,
@@ -39,6 +38,7 @@ def gap_report(gap: RealityGap) -> Report:
         "better": gap.better,
         "confidence": gap.confidence,
         "draws": gap.draws,
+        "repeated": gap.repeated,
         "trials_without_value": gap.scores.without_value,
         "controllers": [_controller_facts(each) for each in gap.controllers],
         "pairs": [_pair_facts(each) for each in gap.pairs],
@@ -73,11 +73,19 @@ def _notes(gap: RealityGap) -> Iterator[str]:
         f"{gap.draws:,} realities, common to all controllers; {gap.better} values are"
         " better"
     )
+    if gap.repeated:
+        yield (
+            f"{so_many(gap.repeated, 'draw')} left out: equal to the design world or an"
+            " earlier draw; each different reality counts once, at any frequency"
+        )
     yield (
         f"drop: from the design world to the mean of the realities; simultaneous"
         f" {level} confidence intervals (Bonferroni, with the advantages of pairs)"
     )
-    yield f"worst tenth: mean of the worst tenth of the realities (CVaR), {level}"
+    yield (
+        f"worst tenth: mean of the worst tenth of the realities (CVaR), {level}"
+        " confidence intervals over realities and replicates"
+    )
     enough = round(FEW_IN_TENTH / TENTH)
     if gap.draws < enough:
         yield (
@@ -112,7 +120,8 @@ def _pairs(gap: RealityGap, unit: str) -> TextTable:
         ],
         caption=(
             "probability of rank change: fraction of realities in which the second"
-            f" controller is better, {100 * gap.confidence:g} %; replicate noise counts"
+            f" controller is better, {100 * gap.confidence:g} % confidence intervals"
+            " over realities and replicates; replicate noise counts"
         ),
         hidden=max(len(gap.pairs) - MAX_ROWS, 0),
         row_name="pair",
@@ -138,16 +147,19 @@ def _imperfections(gap: RealityGap) -> TextTable:
                     number(round(each.indices.predicted, 2)),
                 ]
             )
+    is_clean = all(each.indices.without_noise for each in gap.controllers)
+    noise = "without replicate noise" if is_clean else "replicate noise included"
     caption = (
         "first: fraction of the variance over realities that the imperfection explains"
         " alone\n"
-        "total: with all interactions (Sobol indices, without replicate noise)\n"
+        f"total: with all interactions (Sobol indices, {noise})\n"
         "predicted: fraction that the surrogate predicts at left-out draws"
     )
-    if gap.draws < FEWEST_DRAWS:
-        caption = f"indices need at least {FEWEST_DRAWS} realities"
-    elif any(math.isnan(each.indices.predicted) for each in gap.controllers):
-        caption += "\n-: the variance over realities is within replicate noise"
+    reasons = {each.controller: each.indices.reason for each in gap.controllers}
+    if len({*reasons.values()}) == 1:
+        reasons = {"-": gap.controllers[0].indices.reason}
+    for name, reason in [*reasons.items()][:MAX_ROWS]:
+        caption += f"\n{name}: {reason}" if reason else ""
     return TextTable(
         columns=["controller", "imperfection", "first", "total", "predicted"],
         rows=rows,
@@ -212,6 +224,8 @@ def _controller_facts(gap: ControllerGap) -> dict[str, Any]:
         "verdict": gap.verdict,
         "indices": json_rows(gap.indices.table),
         "degree": gap.indices.degree,
+        "without_noise": gap.indices.without_noise,
+        "reason": gap.indices.reason,
         **quality,
     }
 

@@ -138,9 +138,14 @@ def _model_schema(forms: ModelSchemas) -> Schema:
 
 
 def record_of(study: Study, _section: Realities) -> dict[str, Any]:
-    """Return the record for a plan: the imperfections of the design world."""
+    """Return the record for a plan.
+
+    The record has the imperfections of the design world, and the number of draws that
+    repeat a reality or the design world, if any do.
+    """
     axis = next(axis for axis in study.axes if axis.name == KEY.name)
-    return {"design": {name: axis.columns[name].item(0) for name in axis.columns}}
+    design = {name: axis.columns[name].item(0) for name in axis.columns}
+    return {"design": design} | ({"repeated": axis.merged} if axis.merged else {})
 
 
 def check_record(record: dict[str, Any], plan: Mapping[str, Any]) -> None:
@@ -152,6 +157,9 @@ def check_record(record: dict[str, Any], plan: Mapping[str, Any]) -> None:
     check_names("imperfection", names, axis["fields"])
     if len(names) < len(axis["fields"]):
         raise ValueError("an imperfection has no value in the design world")
+    repeated = record.get("repeated", 0)
+    if not isinstance(repeated, int) or repeated < 0:
+        raise ValueError(f"{repeated!r} is no number of repeated draws")
 
 
 SECTION = SpecSection(

@@ -7,7 +7,8 @@ functions, so the squared coefficients are the parts of the variance.
 
 - A parameter with numbers enters by its rank. A monotone change of a parameter changes
   no index, so Legendre polynomials of ranks suit every distribution.
-- A parameter with few values enters by contrasts between these values.
+- A parameter with few values enters by contrasts between these values,
+  orthonormal for the frequencies in the sample.
 - The degree is the one with the smallest error for draws that the fit leaves out.
 - The jackknife over draws removes the bias of squared coefficients. An index is a ratio
   of two jackknife estimates, with the interval of a ratio estimator (Cochran 1977,
@@ -17,6 +18,7 @@ The error for left-out draws is part of the result: the surrogate knows nothing 
 the part of the variance that it does not predict.
 """
 
+from functools import partial
 from itertools import product
 from math import prod
 from typing import NamedTuple
@@ -26,6 +28,15 @@ import pandas as pd
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+
+FEWEST_DRAWS = 30
+"""Least number of draws for indices."""
+FEW_DRAWS = f"indices need at least {FEWEST_DRAWS} realities with a score"
+CONSTANT = "the score is equal in all realities"
+FEW_FOR_TERMS = "too few realities for the number of imperfections"
+CONFOUNDED = "imperfections change together in the drawn realities"
+WITHIN_NOISE = "the variance over realities is within replicate noise"
+UNCERTAIN = "the confidence interval of the variance over realities includes 0"
 
 FEW_VALUES = 5
 """Number of distinct values up to which a parameter enters by contrasts."""
@@ -50,11 +61,18 @@ class SobolIndices(NamedTuple):
     predicted : float
         Fraction of the variance that the surrogate predicts at draws that the fit
         leaves out; NaN without a fit.
+    without_noise: bool
+        True if the variance of errors is known and taken out. Else the noise counts in
+        the variance, and makes indices smaller.
+    reason : str
+        Reason why the indices are unknown; "" if they are known.
     """
 
     table: pd.DataFrame
     degree: int
     predicted: float
+    without_noise: bool
+    reason: str = ""
 
 
 class _Fit(NamedTuple):
@@ -83,27 +101,33 @@ def sobol_indices(
         A value per draw, (N,), without NaN.
     noise : array, optional
         Variance of the error of each value, (N,). The variance of the values is reduced
-        by its mean. By default values have no error.
+        by its mean. By default the variance of errors is unknown, and remains.
     confidence : float, default 0.95
 
     Returns
     -------
     SobolIndices
         Indices are fractions of the variance without noise. Intervals are Student's, of
-        the jackknife, and cut off at 0 and 1. All are NaN if the draws are too few, or
-        if the interval of the variance without noise includes 0.
+        the jackknife, and cut off at 0 and 1. All are NaN if the draws are too few, if
+        the values are equal, if parameters change together, or if the interval of the
+        variance without noise includes 0. Then `reason` names the case.
     """
     names = [str(name) for name in parameters]
     n = len(values)
     spread = float(np.ptp(values)) if n else 0.0
     known = noise if noise is not None else np.zeros(n)
-    if n < 2 or spread <= ROUNDING * float(np.abs(values).max(initial=0.0)):
-        return _unknown(names)
+    unknown = partial(_unknown, names, without_noise=noise is not None)
+    if n < FEWEST_DRAWS:
+        return unknown(FEW_DRAWS)
+    if spread <= ROUNDING * float(np.abs(values).max(initial=0.0)):
+        return unknown(CONSTANT)
     centred = (values - values.mean()) / spread
     variance = _variances(centred, known / spread**2)
     fit = _best_fit(parameters, centred)
-    if fit is None or _bounded(variance, confidence)[1] <= 0.0:
-        return _unknown(names)
+    if isinstance(fit, str):
+        return unknown(fit)
+    if _bounded(variance, confidence)[1] <= 0.0:
+        return unknown(UNCERTAIN if noise is None else WITHIN_NOISE)
     rows = []
     alone = fit.terms.sum(axis=1) == 1
     for place, name in enumerate(names):
@@ -118,13 +142,16 @@ def sobol_indices(
         rows.append(row)
     mean_square = float(centred @ centred) / n
     predicted = max(0.0, 1.0 - fit.error / mean_square)
-    return SobolIndices(pd.DataFrame(rows), fit.degree, predicted)
+    return SobolIndices(
+        pd.DataFrame(rows), fit.degree, predicted, without_noise=noise is not None
+    )
 
 
-def _unknown(names: list[str]) -> SobolIndices:
+def _unknown(names: list[str], reason: str, *, without_noise: bool) -> SobolIndices:
     columns = ("first", "first_low", "first_high", "total", "total_low", "total_high")
     rows = [{"parameter": name} | dict.fromkeys(columns, np.nan) for name in names]
-    return SobolIndices(pd.DataFrame(rows), 0, np.nan)
+    table = pd.DataFrame(rows)
+    return SobolIndices(table, 0, np.nan, without_noise=without_noise, reason=reason)
 
 
 def _variances(values: Floats, noise: Floats) -> Floats:
@@ -136,12 +163,13 @@ def _variances(values: Floats, noise: Floats) -> Floats:
     return jackknifed - noise
 
 
-def _best_fit(parameters: pd.DataFrame, values: Floats) -> _Fit | None:
+def _best_fit(parameters: pd.DataFrame, values: Floats) -> _Fit | str:
     """Return the fit with the smallest error for left-out draws.
 
-    None if the draws are too few for a polynomial of degree 1.
+    Without a fit of degree 1, return the reason.
     """
     fits = list[_Fit]()
+    reason = FEW_FOR_TERMS
     for degree in range(1, MOST_DEGREE + 1):
         sides = [_functions(parameters[name], degree) for name in parameters]
         orders = _orders([[order for order, _ in side] for side in sides], degree)
@@ -159,9 +187,10 @@ def _best_fit(parameters: pd.DataFrame, values: Floats) -> _Fit | None:
         )
         terms = np.array(orders) > 0
         if np.linalg.matrix_rank(matrix) < len(orders):
+            reason = CONFOUNDED
             break
         fits.append(_least_squares(matrix, values, terms=terms, degree=degree))
-    return min(fits, key=lambda fit: fit.error, default=None)
+    return min(fits, key=lambda fit: fit.error) if fits else reason
 
 
 def _functions(column: "pd.Series[float]", degree: int) -> list[tuple[int, Floats]]:
@@ -173,9 +202,10 @@ def _functions(column: "pd.Series[float]", degree: int) -> list[tuple[int, Float
     n = len(column)
     if len(distinct) <= FEW_VALUES or not pd.api.types.is_numeric_dtype(column):
         levels = len(distinct)
-        # Orthonormal columns, of which the first is constant.
-        basis = np.linalg.qr(np.c_[np.ones(levels), np.eye(levels)[:, :-1]])[0]
-        contrasts = np.sqrt(levels) * basis[codes, 1:]
+        # Orthonormal for the observed frequencies; the first column is constant.
+        roots = np.sqrt(np.bincount(codes) / n)[:, None]
+        start = np.c_[np.ones(levels), np.eye(levels)[:, :-1]]
+        contrasts = (np.linalg.qr(roots * start)[0] / roots)[codes, 1:]
         return [(0, np.ones(n)), *((1, contrast) for contrast in contrasts.T)]
     ranks = (column.rank().to_numpy(np.float64) - 0.5) / n
     powers = np.polynomial.legendre.legvander(2.0 * ranks - 1.0, degree)
