@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.axes import Axes
 from numpy.random import Generator, default_rng
 
 from sweep.analysis import Declaration, Declared, Interval, mean_interval
@@ -15,7 +16,7 @@ from sweep.design.design import expand
 from sweep.design.jobs import Jobs
 from sweep.errors import ChoiceError
 from sweep.methods.realities import gap_report, reality_gap
-from sweep.methods.realities.analysis import scores_of
+from sweep.methods.realities.analysis import RealityGap, scores_of
 from sweep.methods.realities.estimates import (
     crossed_estimate,
     crossed_interval,
@@ -23,6 +24,7 @@ from sweep.methods.realities.estimates import (
     lost_fraction,
     worst_mean,
 )
+from sweep.methods.realities.figure import draw_gap
 from sweep.methods.realities.surrogate import sobol_indices
 from sweep.spec.study import parse_spec
 from tests.commands import sweep as command
@@ -440,12 +442,19 @@ def test_unknown_indices_have_the_true_reason() -> None:
     assert sobol_indices(drawn, drawn["a"].to_numpy()).reason == ""
 
 
+def _parts_of(gap: RealityGap) -> Axes:
+    """The right panel of the figure."""
+    return draw_gap(gap).axes[1]
+
+
 def test_the_report_has_the_reason_of_each_controller() -> None:
     """The score of weight 2 is 0.4 in all realities."""
     gap = reality_gap(made_up(crossing), "speed+")
     caption = gap_report(gap).parts[-1].caption
     assert "separation weight = 2: the score is equal in all realities" in caption
     assert "separation weight = 1:" not in caption
+    words = [(text.get_position()[1], text.get_text()) for text in _parts_of(gap).texts]
+    assert words == [(1, "not known")]
     few = gap_report(reality_gap(made_up(crossing, draws=20), "speed+"))
     caption = few.parts[-1].caption
     assert "-: indices need at least 30 realities with a score" in caption

@@ -132,7 +132,19 @@ def _imperfections(axes: Axes, gap: RealityGap) -> None:
         heights = np.arange(len(table)) + step * (place - (len(names) - 1) / 2)
         colour = COLOURS[place % len(COLOURS)]
         draw_values(axes, heights, ends, colour, label=words(name))
+    if any(each.indices.reason for each in gap.controllers):
+        _write_unknown(axes, gap)
     axes.legend(fontsize=6.5)
+
+
+def _write_unknown(axes: Axes, gap: RealityGap) -> None:
+    """Write into the rows of controllers without indices that the indices are unknown.
+
+    The report of `sweep gap` has the reasons.
+    """
+    for row, each in enumerate(gap.controllers):
+        if each.indices.reason:
+            axes.text(0.5, row, "not known", color=GREY, fontsize=6.5, ha="center")
 
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
