@@ -182,7 +182,7 @@ def register(
     from sweep.campaigns import plan_of
     from sweep.cli.spec_files import check_spec_file
     from sweep.own_code import load_spec
-    from sweep.sharing import check_registration, read_registration
+    from sweep.sharing import check_registration
     from sweep.sharing import register as write
     from sweep.tables import StoredStudy
     from sweep.workers import worker_count
@@ -193,7 +193,6 @@ def register(
                 "--check: reads a registration; leave out --claim, --to, --no-code and"
                 " --code-from"
             )
-        read_registration(check)
         done = check_registration(check, StoredStudy(study, results))
     else:
         spec = Path(study)

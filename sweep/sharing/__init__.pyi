@@ -11,7 +11,6 @@ from .odd_document import of_spec as of_spec
 from .odd_document import of_stored as of_stored
 from .packing import pack as pack
 from .registration import check_registration as check_registration
-from .registration import read_registration as read_registration
 from .registration import register as register
 from .stranger import NO_LICENCE as NO_LICENCE
 from .unpacking import unpack as unpack

@@ -238,5 +238,5 @@ def test_the_command_registers_and_checks(tmp_path: Path) -> None:
     both = sweep(tmp_path, *check, "--claim", CLAIM)
     assert both.returncode == 2
     assert "leave out --claim, --to, --no-code and" in both.stderr
-    check = ("register", "small", "--check", "none.yaml", "--results", "nowhere")
+    check = ("register", "small", "--check", "none.yaml")
     assert "none.yaml: no such file" in sweep(tmp_path, *check).stderr
