@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from threading import Lock
 from typing import Any, NamedTuple
 
 import pandas as pd
@@ -16,6 +15,7 @@ from sweep.explorer.asking import AskFigure, AskFile
 from sweep.explorer.points import spelled_command
 from sweep.explorer.watching import Watched
 from sweep.figures import (
+    DRAWING,
     FORMATS,
     KINDS,
     Choices,
@@ -35,8 +35,6 @@ from sweep.text import unknown
 
 WIDTHS = ("89", "183")
 """Widths in mm that the page offers: one and two columns of a journal."""
-_drawing = Lock()
-"""Matplotlib has one style for all threads, so one figure is drawn at a time."""
 
 
 def figure(watched: Watched, question: AskFigure) -> dict[str, Any]:
@@ -114,12 +112,12 @@ def file(watched: Watched, question: AskFile) -> dict[str, str]:
 @contextmanager
 def _alone() -> Iterator[None]:
     """Reject a drawing while another thread draws: a waiting thread answers no page."""
-    if not _drawing.acquire(blocking=False):
+    if not DRAWING.acquire(blocking=False):
         raise ChoiceError("another file is drawn at the moment; repeat the request")
     try:
         yield
     finally:
-        _drawing.release()
+        DRAWING.release()
 
 
 class _Chosen(NamedTuple):

@@ -59,6 +59,7 @@ from .selection import recorded as recorded
 from .selection import select as select
 from .style import BLUE as BLUE
 from .style import COLOURS as COLOURS
+from .style import DRAWING as DRAWING
 from .style import GREEN as GREEN
 from .style import GREY as GREY
 from .style import LINE_STYLES as LINE_STYLES

@@ -8,6 +8,7 @@ vision.
 import re
 from collections.abc import Callable
 from pathlib import Path
+from threading import Lock
 from typing import NamedTuple
 
 from matplotlib.figure import Figure
@@ -46,3 +47,7 @@ class Drawing(NamedTuple):
     draw: Callable[[dict[str, StoredStudy]], Figure]
     specs: tuple[str, ...]
     text: str
+
+
+DRAWING = Lock()
+"""Lock for threads that draw, because matplotlib has one style for all threads."""

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from sweep.spec import RecordSpec
 from sweep.trial import Simulation, State, pixels_of
-from sweep.web.running import changed
+from sweep.web.running import can_cover, changed
 from sweep.web.state import ViewState
 from sweep.web.track import quiet, run_to, steps_a_call
 
@@ -174,11 +174,15 @@ class Course:
 
     @property
     def restarts(self) -> list[int]:
-        """The steps at which visits restart from 0, because the pixels change."""
+        """The steps at which visits restart from 0.
+
+        The pixels change, or obstacles begin or cease to move.
+        """
         return [
             later.begin
             for before, later in pairwise(self.parts)
             if pixels_of(before.state.job) != pixels_of(later.state.job)
+            or can_cover(before.state.job) != can_cover(later.state.job)
         ]
 
     def altered(self, step: int) -> frozenset[str]:

@@ -5,7 +5,6 @@ import math
 from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryFile
-from threading import Lock
 from typing import BinaryIO, NamedTuple, Protocol
 
 import numpy as np
@@ -15,7 +14,7 @@ from PIL import Image, PngImagePlugin
 
 from sweep.design import Job
 from sweep.errors import ChoiceError
-from sweep.figures import STYLE, draw_flock
+from sweep.figures import DRAWING, STYLE, draw_flock
 from sweep.replays import (
     MOST_FRAMES,
     Picture,
@@ -48,8 +47,6 @@ class FilmWriter(Protocol):
 
 
 WRITERS: dict[str, FilmWriter] = {"gif": write_gif, "mp4": write_mp4}
-DRAWING = Lock()
-"""A lock for drawing, because the style of figures is global in the process."""
 
 
 class File(NamedTuple):

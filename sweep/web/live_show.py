@@ -162,7 +162,7 @@ class Live(Session):
             other.recall(self.moment())
         self.pause()
         other.speed = self.speed
-        other.overlays = self.overlays
+        other.show_overlays(self.overlays)
         other.selected = self.selected
         return other
 

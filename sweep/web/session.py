@@ -209,12 +209,12 @@ class Session:
         if restarts and counts_visits(self.simulation):
             self.note += (
                 f"; visits count from step {restarts[-1]:,} on, because the pixels"
-                " changed"
+                " or the motion of obstacles changed"
             )
 
     @property
     def restarts(self) -> list[int]:
-        """The steps at which visits restart from 0, because the pixels change."""
+        """The steps at which visits restart from 0; see `Course.restarts`."""
         return self.course.restarts
 
     @property
@@ -409,10 +409,8 @@ class Session:
             self.course, self.simulation = self.course.changed(
                 self.simulation, state, frozenset(names)
             )
-        if self.course.part(self.step).begin == self.step:
-            self.history.cut(self.step - 1)
-        else:
-            self.history.cut(self.course.last)
+            self.history.cut(self.step - 1)  # of the present step in the other world
+        self.history.cut(self.course.last)
         self._show(state)
         self._judge()
         self.measure()
@@ -424,11 +422,32 @@ class Session:
         If a metric needs events that were not counted, the same steps run again.
         """
         state = self.state.follow(metrics)
+        self._check_course(state, self.overlays)
         prepare(state.job, self._record(state).metrics)
         self._show(state)
         self.history.follow(metrics)
         self._count()
         self.measure()
+
+    def _check_course(self, state: ViewState, overlays: tuple[str, ...]) -> None:
+        """Raise SpecError if the steps so far cannot have plots and overlays.
+
+        Parameters
+        ----------
+        state : ViewState
+            State with the plots.
+        overlays : tuple of str
+            Names of the overlays.
+        """
+        again = "reset begins again with the present parameters"
+        if self.diverged and self.uncounted(state, overlays):
+            raise SpecError(f"the run {self.note}; {again}")
+        for part in self.course.parts:
+            try:
+                replace(part.state, plots=state.plots).checked()
+            except SpecError as error:
+                where = f"with the parameters from step {part.begin:,} on"
+                raise SpecError(f"{where}: {error}; {again}") from error
 
     def uncounted(self, state: ViewState, overlays: tuple[str, ...]) -> bool:
         """Return whether the run has not counted the events for plots and overlays.
@@ -454,9 +473,11 @@ class Session:
             self._again(self.state)
             return
         running = self.running
+        aim = self.aim
         self.course = self.course.counting(self._record(self.state))
         self.seek(self.step)
         self.running = running
+        self.aim = aim
 
     def sweep(self, name: str, range_: Range | None) -> None:
         """Let the copied spec sweep a parameter over a range.
@@ -486,6 +507,11 @@ class Session:
                 else "visits are not counted in a world of so many pixels;"
                 " plot coverage first, or change pixel"
             )
+        self._check_course(self.state, overlays)
+        self.show_overlays(overlays)
+
+    def show_overlays(self, overlays: tuple[str, ...]) -> None:
+        """Show overlays that the world of the run can have."""
         self.overlays = overlays
         self._count()
         self.version += 1

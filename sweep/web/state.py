@@ -389,11 +389,13 @@ class ViewState:
     def as_trial(self) -> dict[str, Any]:
         """Return the `yaml` of the spec, and the `point` and `replicate` that it shows.
 
+        With a sweep of the user the point is "", because the spec has other points.
+
         Raises SpecError if the YAML is too long for a spec file.
         """
         return {
             "yaml": self.as_text(),
-            "point": self.job.point,
+            "point": "" if self.sweeps else self.job.point,
             "replicate": self.opened.replicate if self.opened else self.replicate,
         }
 

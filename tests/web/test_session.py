@@ -4,6 +4,7 @@ is.
 
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlencode
 
 import numpy as np
 import pytest
@@ -22,7 +23,7 @@ from sweep.web.live_show import Live
 from sweep.web.messages import Shapes
 from sweep.web.running import changed, recorded, simulation_of
 from sweep.web.session import Session
-from sweep.web.state import Range, begin, from_study
+from sweep.web.state import Range, begin, from_link, from_study
 from tests import builders
 from tests.cases import slow_but
 from tests.specs import short
@@ -220,9 +221,92 @@ def test_other_pixels_begin_visits_anew_and_the_page_says_so() -> None:
     message, _ = told(show, Cursor())
     assert message["restarts"] == {"coverage": [40]}
     assert message["values"]["coverage"][-1] == 0.0
-    assert "visits count from step 40 on, because the pixels changed" in show.note
+    assert "visits count from step 40 on, because the pixels or" in show.note
     show.seek(39)
     assert "visits count" not in show.note
+
+
+def taken(show: Live, steps: int) -> Live:
+    """A run after some more steps."""
+    show.take_steps(steps)
+    while show.going:
+        show.advance(steps)
+    return show
+
+
+@pytest.mark.parametrize(
+    ("model", "name", "value", "metric"),
+    [
+        ("rustamani2024", "goal_x", -91.0, "goal_distance"),
+        ("patel2023", "obstacle_speed", 0.5, "coverage_total"),
+    ],
+)
+def test_a_metric_that_earlier_steps_cannot_have_is_refused(
+    model: str, name: str, value: float, metric: str
+) -> None:
+    """The run stays as it was: no step of the past ends the session."""
+    show = Live(begin(model, "as_written"))
+    before = show.state.settings[name]
+    show.follow(("speed",))
+    taken(show, 4).change({name: value})
+    taken(show, 3).change({name: before})
+    taken(show, 2)
+    with pytest.raises(SpecError, match="with the parameters from step 4 on: "):
+        show.follow((metric,))
+    assert show.state.plots == ("speed",)
+    for step in (5, 8, 2):
+        show.seek(step)
+        told(show, Cursor())
+    show.reset()
+    show.follow((metric,))
+
+
+def test_a_change_that_is_taken_back_has_the_number_of_its_world() -> None:
+    show = Live(begin("rustamani2024", "as_written"))
+    show.follow(("goal_distance",))
+    taken(show, 20)
+    goal = float(show.state.settings["goal_x"])
+    value = show.history.rows[-1].values["goal_distance"]
+    show.change({"goal_x": goal - 3})
+    assert show.history.rows[-1].values["goal_distance"] != value
+    show.change({"goal_x": goal})
+    assert show.exact
+    assert show.history.rows[-1].values["goal_distance"] == value
+
+
+def test_visits_begin_anew_when_obstacles_cease_to_move_and_the_page_says_so() -> None:
+    show = Live(begin("patel2023", "as_written"))
+    show.follow(("speed",))
+    show.change({"obstacle_speed": 0.5})
+    taken(show, 6).change({"obstacle_speed": 0.0})
+    show.draw(("coverage",))
+    assert show.restarts == [6]
+    assert "visits count from step 6 on" in show.note
+
+
+def test_a_second_run_with_another_preset_counts_for_the_overlays() -> None:
+    show = Live(begin("rustamani2024", "as_written"))
+    show.follow(("speed",))
+    show.draw(("coverage",))
+    other = show.beside("as_run")
+    assert other.overlays == ("coverage",)
+    assert looking.counts_visits(other.simulation)
+
+
+def test_a_kept_run_with_a_sweep_opens_again() -> None:
+    state = begin("nguyen2024", "as_run").sweep("separation_weight", Range(0.5, 2, 3))
+    kept = state.as_trial()
+    part = urlencode({"spec": kept["yaml"], "point": kept["point"]})
+    assert from_link(f"http://127.0.0.1/#{part}").opened is not None
+
+
+def test_steps_that_were_asked_for_are_taken_after_a_new_metric() -> None:
+    show = Live(begin("aziel_chen2025", "as_run").with_settings({"n": 10}))
+    show.follow(("speed",))
+    show.take_steps(50)
+    show.advance(20)
+    show.follow(("speed", "fissions"))
+    assert (show.step, show.aim) == (20, 50)
 
 
 def test_looking_changes_nothing() -> None:

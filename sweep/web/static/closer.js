@@ -45,10 +45,7 @@ export class Closer {
     this.of = plot;
     plot.larger = new Plot(metric, series, { settings: {}, exact: true }, acts);
     plot.larger.line.replaceWith(this.about(plot));
-    const apart = this.apart(plot);
-    this.note.textContent = apart > 1
-      ? `Measured steps only, up to ${apart} apart; a launch measures all steps.`
-      : "All steps so far, with all digits.";
+    this.tell(plot);
     this.log.checked = plot.logarithmic;
     this.log.disabled = plot.known().every((value) => value <= 0);
     this.content.replaceChildren(plot.larger.element);
@@ -84,18 +81,23 @@ export class Closer {
     of.acts.read(null); // which draws it
   }
 
-  // Steps between two values, the most of them.
+  // Which steps have a value, now: more may have been shown since.
   /** @param {Plot} plot */
-  apart({ series: { steps } }) {
-    return steps.reduce(
-      (most, step, i) => (i ? Math.max(most, step - steps[i - 1]) : most),
+  tell({ series: { steps, values } }) {
+    const known = steps.filter((_, i) => values[i] !== null);
+    const apart = known.reduce(
+      (most, step, i) => (i ? Math.max(most, step - known[i - 1]) : most),
       1,
     );
+    this.note.textContent = apart > 1
+      ? `Measured steps only, up to ${apart} apart; a launch measures all steps.`
+      : `All steps from ${known[0] ?? 0} to ${known.at(-1) ?? 0}, with all digits.`;
   }
 
   // The text of a number is the shortest one that gives it again.
   save() {
     if (!this.of) return;
+    this.tell(this.of);
     const { metric: { name, unit }, series: { steps, values } } = this.of;
     const head = `step,${name}${unit && ` (${unit})`}`;
     const rows = steps.map((step, i) => `${step},${values[i] ?? ""}`);

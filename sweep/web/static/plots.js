@@ -10,6 +10,7 @@ import { button, contextOf, make, short, spaced, unitText, write } from "./dom.j
 /** @typedef {{ left: number, right: number, top: number, bottom: number }} Area */
 
 const MOST = 3000; // values of a drawn line
+const MOST_STEPS = 12_000; // of one metric
 const MOST_WORDS = 3;
 const MOST_NAMES = 3;
 const FONT = "11px system-ui, sans-serif";
@@ -42,6 +43,10 @@ export class Series {
       this.steps.splice(place, known, steps[i]);
       this.values.splice(place, known, values[i]);
     }
+    if (this.steps.length <= MOST_STEPS) return;
+    /** @param {unknown} _ @param {number} i */
+    const stays = (_, i) => i % 2 === 0 || i === this.steps.length - 1;
+    [this.steps, this.values] = [this.steps.filter(stays), this.values.filter(stays)];
   }
 
   // The number of values before `step`.
