@@ -3,6 +3,9 @@
 A model declares abilities. A declaration can only restrict the abilities in the source
 of the model: further abilities would give wrong numbers. `sweep check` reports
 differences between declaration and source. Without a declaration, the source decides.
+
+The source of a built-in model is not read, because tests compare the declaration with
+the source. Reading takes 0.15 s, an eighth of a short command.
 """
 
 import ast
@@ -11,6 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple, get_args, get_type_hints
 
+from kernels.caching import OUR_PACKAGE
 from kernels.goals import goal_of
 from kernels.lanes.calls import calls, named_by, plain_of
 from kernels.lanes.syntax import tree_of
@@ -50,7 +54,7 @@ CALLS = {"publishes": "publish", "drives": "drive", "goals_in_turn": "goal_of"}
 
 def abilities(model: Model) -> Abilities:
     """Return the abilities in the source of a model that no declaration excludes."""
-    source = in_source(model)
+    source = _tested(model) or in_source(model)
     shared = {*source.shared, *(model.shared or ())}
     return Abilities(
         source.publishes and model.publishes is not False,
@@ -87,6 +91,13 @@ def remedy(model: Model, ability: str, call: str) -> str:
     """
     has_call = getattr(in_source(model), ability)
     return f"declare {ability}=True in its Model" if has_call else call
+
+
+def _tested(model: Model) -> Abilities | None:
+    """Return the whole declaration of a built-in model, None for further models."""
+    given = declared(model)
+    is_built_in = model.advance.__module__.partition(".")[0] == OUR_PACKAGE
+    return Abilities(**given) if is_built_in and None not in given.values() else None
 
 
 def declared(model: Model) -> dict[str, Any]:

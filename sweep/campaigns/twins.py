@@ -7,7 +7,6 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-import pandas as pd
 import pyarrow.compute as pc
 from numpy.typing import NDArray
 
@@ -199,6 +198,8 @@ def _bits(values: NDArray[np.float64]) -> NDArray[np.uint64]:
 
 def _digests(values: NDArray[np.float64]) -> NDArray[np.uint64]:
     """Return a digest of each row of values (n, columns)."""
+    import pandas as pd  # here, because few launches need it: 0.2 s to import
+
     rows = pd.DataFrame(_bits(values))
     hashed = pd.util.hash_pandas_object(rows, index=False)
     return np.asarray(hashed, np.uint64)

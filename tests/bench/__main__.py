@@ -20,6 +20,7 @@ ratio within one run.
     calibrate   error of a posterior by the number of simulations, against pyABC
                 (skipped where it is not installed)
     lanes       trials that fly together, against the same trials alone
+    versions    launches of this checkout against those of earlier revisions
     robots      what the senses and motors of boids cost, and what plans say of them
     view        what being watched costs a run, and how many frames a page gets
     page        how many frames a browser draws of it
@@ -62,6 +63,7 @@ from tests.bench.ranks import ranks
 from tests.bench.robots import robots
 from tests.bench.scale import FULL, Scale
 from tests.bench.study import study
+from tests.bench.versions import versions
 from tests.bench.view import view
 
 ROUNDS = 5
@@ -188,6 +190,7 @@ ALL: dict[str, Callable[..., object]] = {
     "ranks": ranks,
     "calibrate": calibrate,
     "lanes": lanes,
+    "versions": versions,
     "robots": robots,
     "view": view,
     "page": page,

@@ -1,5 +1,6 @@
 """What the first trial of a process costs, as that of a worker: processor seconds, with
-kernels that are compiled already; and what each later trial costs besides its steps.
+kernels that are compiled already; what each later trial costs besides its steps; and
+what commands cost that a user waits for.
 
 Python keeps the bytecode of what it imports, unless it is told not to. Here it does so
 in a folder of its own, so that the numbers are those of an installed program.
@@ -11,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from pathlib import Path
 from statistics import median
 
 from kernels.models import MODELS
@@ -19,9 +21,24 @@ from sweep.trial.simulation import Simulation
 from tests import ROOT
 from tests.bench.cases import BEST, covering
 from tests.bench.scale import FULL, Scale
+from tests.bench.timing import of_command
 from tests.builders import job
 
 PROCESSES, TRIALS = 5, 50
+SPEC = """
+study: small
+model: vicsek1995
+fixed: {n: 50, steps: 100}
+replicates: 1
+seed: 1
+"""
+COMMANDS = {
+    "launch": "launch spec.yaml --workers 1 --results results{turn}",
+    "plan": "plan spec.yaml --results results{turn}",
+    "table": "table small --results results{turn}",
+    "status": "status small --results results{turn}",
+    "--help": "--help",
+}
 PROGRAM = """
 import pickle, sys, time
 import numpy, numba
@@ -96,3 +113,28 @@ def first(scale: Scale = FULL) -> None:
         one = covering("cafeteria", n, scale.of(1500), BEST["cafeteria"])
         taken = median(besides(one) for _ in range(scale.of(TRIALS)))
         print(f"each, cafeteria, N={n:<4} {taken * 1e3:.2f} ms besides its steps")
+    for name, costs in commands(scale.of(PROCESSES)).items():
+        print(f"command, {name:7} {median(costs):.2f} s")
+
+
+def commands(rounds: int) -> dict[str, list[float]]:
+    """Processor seconds of COMMANDS, of a study of one small trial: those of all their
+    processes, with compiled kernels, in turn.
+    """
+    costs: dict[str, list[float]] = {name: [] for name in COMMANDS}
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        settings = {
+            "PYTHONPATH": str(ROOT),
+            "PYTHONPYCACHEPREFIX": str(folder / "code"),
+        }
+        settings["PYTHONDONTWRITEBYTECODE"] = ""
+        (folder / "spec.yaml").write_text(SPEC)
+        for turn in range(rounds + 1):
+            for name, text in COMMANDS.items():
+                words = text.format(turn=turn).split()
+                taken = of_command(*words, folder=folder, settings=settings)
+                assert taken is not None, (folder / "printed").read_text()
+                if turn > 0:  # the first turn compiles
+                    costs[name].append(taken)
+    return costs

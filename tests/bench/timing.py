@@ -1,10 +1,13 @@
-"""Processor time of trials, on one core."""
+"""Processor time of trials, on one core, and of commands."""
 
 import os
+import subprocess
+import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
+from pathlib import Path
 
 from sweep.design.jobs import Job
 from sweep.trial.lanes import AT_ONCE, fly, groups
@@ -52,6 +55,23 @@ def together(one: Job) -> float:
     for result in results:
         _check_done(result)
     return seconds / AT_ONCE
+
+
+def of_command(*words: str, folder: Path, settings: Mapping[str, str]) -> float | None:
+    """Seconds of processor time of a command `sweep`, of all its processes; None where
+    it fails. `settings` are added to the environment.
+    """
+    with (folder / "printed").open("w") as printed:
+        process = subprocess.Popen(
+            [sys.executable, "-c", "from sweep.cli import main; main()", *words],
+            cwd=folder,
+            env=os.environ | settings,
+            stdout=printed,
+            stderr=subprocess.STDOUT,
+        )
+        _, status, usage = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    return None if process.returncode else usage.ru_utime + usage.ru_stime
 
 
 def _check_done(result: Result) -> None:

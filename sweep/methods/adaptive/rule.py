@@ -10,7 +10,6 @@ from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from sweep.analysis import (
@@ -18,7 +17,6 @@ from sweep.analysis import (
     Declared,
     Floats,
     Width,
-    group_bounds,
     looks,
     nominal_confidence,
 )
@@ -214,6 +212,11 @@ def _look_at_metric(
     *,
     distribution: Declared | None,
 ) -> SeenMetric:
+    # Here, because each command reads the section, and pandas takes 0.2 s to import.
+    import pandas as pd
+
+    from sweep.analysis import group_bounds
+
     array = np.asarray(values, np.float64)
     finite = pd.Series(np.where(np.isfinite(array), array, np.nan))
     groups = finite.groupby(np.repeat(np.arange(len(trials)), trials))

@@ -9,8 +9,6 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.compute as pc
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
-from scipy.stats import binomtest, chisquare
 
 from sweep.errors import ChoiceError, StoreError
 from sweep.methods.calibration.rule import (
@@ -615,6 +613,8 @@ class StoredSimulations:
         near = max(1, round(NEAR * len(scaled)))
         if len(scaled) < FEWEST_COMPARED:
             return float("nan")
+        from scipy.spatial import cKDTree  # 0.3 s to import
+
         tree = cKDTree(scaled)
         data = target.distance.scaled(target.data[None])
         away = np.reshape(tree.query(data, k=near)[0], (1, -1)).mean()
@@ -744,6 +744,8 @@ def _checks(ranks: pd.DataFrame) -> pd.DataFrame:
 
 
 def _coverage(level: float, inside: int, count: int) -> Mapping[str, float]:
+    from scipy.stats import binomtest
+
     interval = binomtest(inside, count).proportion_ci(method="exact")
     name = f"coverage_{100 * level:g}"
     return {
@@ -765,6 +767,8 @@ def uniformity(ranks: Floats) -> float:
     """
     if len(ranks) < FEWEST_CHECKS:
         return float("nan")
+    from scipy.stats import chisquare
+
     bins = min(MOST_BINS, len(ranks) // PER_BIN)
     counts, _ = np.histogram(ranks, bins=bins, range=(0.0, 1.0))
     return float(chisquare(counts).pvalue)

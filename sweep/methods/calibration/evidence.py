@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import binomtest
 
 Floats = NDArray[np.float64]
 LEVEL = 0.95
@@ -75,6 +74,8 @@ def evidence(weights: Floats, near: NDArray[np.bool_], of_prior: int) -> Evidenc
     effective = float(counted.sum()) ** 2 / squares if squares else 0.0
     outside = len(near) - int(near.sum())
     if effective < FEW or outside < FEW:
+        from scipy.stats import binomtest
+
         hits = int(near[:of_prior].sum())
         ends = binomtest(hits, of_prior).proportion_ci(LEVEL, method="exact")
         low = min(float(ends.low), value)
