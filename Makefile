@@ -3,6 +3,7 @@
 PYTHON ?= python3
 SCALE ?= full
 TESTS ?= HEAD
+VERSIONS ?= 3.11-lowest-direct 3.12-pinned 3.13-highest
 BIN := .venv/bin
 RUN_STAMP := .venv/installed-to-run
 STAMP := .venv/installed
@@ -13,7 +14,7 @@ BROWSER_STAMP := .venv/browser
 DENO := DENO_DIR=.venv/deno DENO_NO_UPDATE_CHECK=1 DENO_NO_PACKAGE_JSON=1 $(BIN)/deno
 UV := $(BIN)/uv pip install --quiet --python $(BIN)/python --compile-bytecode --constraint constraints.txt
 
-.PHONY: help quickstart reproduce-figures test test-slow notebooks documents docs bench mutants check types rules format clean
+.PHONY: help quickstart reproduce-figures test test-slow notebooks documents docs bench mutants versions check types rules format clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
@@ -49,6 +50,21 @@ bench: $(BENCH_STAMP) $(BROWSER_STAMP)  ## measure speed: ratios within one run
 
 mutants: $(STAMP)  ## put small mistakes into copies, list those that no test notices; TESTS=revision
 	$(BIN)/python -m tests.mutants --tests $(TESTS)
+
+versions: $(VERSIONS:%=build/versions/%)  ## run the fast tests with other versions of Python and packages; VERSIONS=3.13-highest
+
+# A copy of the last commit with an environment of its own: a version of Python, and the packages of
+# constraints.txt ("pinned"), or the lowest or highest that pyproject.toml allows.
+build/versions/%: $(STAMP) $(BROWSER_STAMP) FORCE
+	rm -rf $@
+	git clone --quiet . $@
+	$(BIN)/uv venv --quiet --python $(firstword $(subst -, ,$*)) $@/.venv
+	cd $@ && $(CURDIR)/$(BIN)/uv pip install --quiet --python .venv/bin/python --group dev --editable '.[sensitivity,view]' \
+		$(if $(findstring pinned,$*),--constraint constraints.txt,--resolution $(patsubst $(firstword $(subst -, ,$*))-%,%,$*))
+	$(BIN)/uv pip list --python $@/.venv/bin/python
+	cd $@ && .venv/bin/pytest
+
+FORCE:
 
 check: $(STAMP)  ## check types, and beside them lint, formatting and rules
 	@$(MAKE) --no-print-directory --jobs 2 --output-sync types rules

@@ -271,6 +271,14 @@ class Arrangement:
             for numbers, rows in self.rows.items()
         }
 
+    def first_of(self, place: int) -> tuple[str, int]:
+        """Return the type of numbers of a sent array, and the first row.
+
+        `place` is the place of the leaf in the tree.
+        """
+        [found] = [(numbers, first) for at, numbers, first in self._sent if at == place]
+        return found
+
     def apart(self) -> Iterator[tuple[str, int, Array]]:
         """Yield the arrays that are not side by side: type, first element, array."""
         return iter(self._apart)

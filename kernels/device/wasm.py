@@ -168,12 +168,24 @@ class Module(NamedTuple):
         calls = _calls(self.code)
         return f"calls of {', '.join(calls)}" if calls else ""
 
+    @property
+    def pages(self) -> int:
+        """Least memory of the module, in pages of 64 KiB."""
+        memory: Any = _imports(self.code)["memory"]
+        return int(memory.limits.min)
+
 
 @cache
 def _calls(code: bytes) -> list[str]:
     """Return the imports of a module, except the memory."""
+    return sorted(_imports(code).keys() - {"memory"})
+
+
+@cache
+def _imports(code: bytes) -> dict[str, Any]:
+    """Return the types of the imports of a module, by name."""
     imports = wasmtime.Module(wasmtime.Engine(), code).imports
-    return sorted(str(entry.name) for entry in imports if entry.name != "memory")
+    return {str(entry.name): entry.type for entry in imports}
 
 
 class NoModuleError(DeviceError):

@@ -32,6 +32,7 @@ from sweep.cli.supplementing import (
     BySetting,
     Caption,
     CitationFile,
+    Compute,
     Doi,
     FigureMetric,
     Frames,
@@ -111,6 +112,7 @@ def show(
     by: BySetting = "",
     trials: ShownTrials = None,
     frames: Frames = FRAMES,
+    compute: Compute = False,
     citation_file: CitationFile = None,
     title: Title = "",
     author: Authors = None,
@@ -131,7 +133,8 @@ def show(
 
     With --to, writes an interactive figure of one study: an HTML file of at most 16 MiB
     with confidence intervals, and a stored trial behind every point. Each of the trials
-    runs again and is compared with the stored results, bit for bit.
+    runs again and is compared with the stored results, bit for bit. With --compute, the
+    page itself runs the trials.
 
     Examples
     --------
@@ -176,6 +179,7 @@ def show(
         by=by,
         trials=tuple(role.value for role in trials or [TrialRole.median]),
         frames=frames,
+        compute=compute,
     )
     stored = StoredStudy(study, results, trust=trust)
     write_supplement(stored, to, choice, texts, workers=workers)

@@ -25,6 +25,7 @@ class TrialRole(StrEnum):
     highest = "highest"
     worst = "worst"
     best = "best"
+    all = "all"
 
 
 To = Annotated[
@@ -63,7 +64,7 @@ ShownTrials = Annotated[
     typer.Option(
         "--trials",
         help="Trial of each point that plays, by rank in the metric; by default the"
-        " median. Repeatable.",
+        " median; or all. Repeatable.",
         rich_help_panel=PANEL,
     ),
 ]
@@ -73,6 +74,15 @@ Frames = Annotated[
         min=2,
         max=100_000,
         help="Maximum number of frames per trial; fewer if the file becomes too large.",
+        rich_help_panel=PANEL,
+    ),
+]
+Compute = Annotated[
+    bool,
+    typer.Option(
+        "--compute",
+        help="The page computes the trials in the browser of the reader and compares"
+        " them with the stored results, instead of having frames (extra wasm).",
         rich_help_panel=PANEL,
     ),
 ]

@@ -27,7 +27,13 @@ from sweep.explorer.supplement_runs import (
     not_recorded,
     record,
 )
+from sweep.explorer.supplement_starts import (
+    Computation,
+    check_computed,
+    computed_metrics,
+)
 from sweep.explorer.supplement_trials import (
+    ALL,
     ShownTrial,
     behind,
     places,
@@ -79,6 +85,8 @@ class SupplementChoice(NamedTuple):
         The trials of a point that can be played, see `supplement_trials.ROLES`.
     frames : int
         Maximum number of frames of each trial, at least 2.
+    compute : bool, default False
+        Whether the page computes the trials, instead of having the frames.
     """
 
     metric: str = ""
@@ -88,6 +96,7 @@ class SupplementChoice(NamedTuple):
     by: str = ""
     trials: tuple[str, ...] = ("median",)
     frames: int = USUAL_FRAMES
+    compute: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,11 +129,21 @@ class Supplement:
         """
         runs = _recorded(self.orders, executor, report)
         _check(self.study, runs)
+        computation = Computation()
         shown = [
-            begun | _as_data(runs[begun["trial"]], order.every)
+            begun | _as_data(runs[begun["trial"]], order, computation)
             for begun, order in zip(self.data["runs"], self.orders, strict=True)
         ]
-        return _page(self.data | {"runs": shown}, self.origin)
+        data = self.data | {"runs": shown, "computation": computation.shared()}
+        page = _page(data, self.origin)
+        if len(page) > MOST_BYTES:
+            raise ChoiceError(
+                f"the page has {len(page) / 2**20:.1f} MiB of at most"
+                f" {MOST_BYTES / 2**20:.1f} MiB; select fewer points with --where, or"
+                " fewer trials with --trials",
+                self.study.name,
+            )
+        return page
 
 
 def planned(
@@ -168,7 +187,8 @@ def planned(
         )
     check_code(study)
     groups = points_of(chosen, table.rows["trial_id"].tolist())
-    shown = [behind(trials, column, at) for trials in groups]
+    every = ALL in choice.trials
+    shown = [behind(trials, column, at, every=every) for trials in groups]
     if not any(shown):
         raise ChoiceError(why_none(chosen.trials, column), study.name)
     stored = _stored(study, shown)
@@ -203,24 +223,40 @@ def planned(
             cells=cells_of(selection, form, column),
         ),
         "scenes": scenes,
-        "role": choice.trials[0],
+        "role": next(iter(at)),
         "runs": runs,
     }
     origin = about_page(study)
-    room = MOST_BYTES - len(_page(data, origin))
     lengths = [RunLength.of(jobs[run["trial"]]) for run in runs]
-    most = most_frames(lengths, choice.frames, room)
+    if choice.compute:
+        check_computed(list(jobs.values()), column.metric, study.name)
+        most = choice.frames
+    else:
+        room = MOST_BYTES - len(_page(data, origin))
+        most = most_frames(lengths, choice.frames, room)
     orders = [
         RunOrder(
             study.name,
             jobs[run["trial"]],
             stored[run["trial"]],
             column.metric,
-            every=length.every(most),
+            every=_every(length, most, jobs[run["trial"]], compute=choice.compute),
+            compute=choice.compute,
         )
         for run, length in zip(runs, lengths, strict=True)
     ]
     return Supplement(study, data, orders, origin)
+
+
+def _every(length: RunLength, most: int, job: Job, *, compute: bool) -> int:
+    """Return the number of steps between two frames.
+
+    A page that computes trials has the metrics of the recorded frames alone. Therefore
+    frames are multiples of these frames.
+    """
+    every = length.every(most)
+    recorded = job.record.every
+    return math.ceil(every / recorded) * recorded if compute else every
 
 
 def _stored(
@@ -330,19 +366,37 @@ def _check(study: StoredStudy, runs: Mapping[str, RecordedRun]) -> None:
     )
 
 
-def _as_data(run: RecordedRun, every: int) -> dict[str, Any]:
+def _as_data(
+    run: RecordedRun, order: RunOrder, computation: Computation
+) -> dict[str, Any]:
     """Return the record of a run, ready for JSON."""
+    start = None
+    if run.start:
+        metrics = computed_metrics(order.job)
+        last = [_finite(order.stored.row[name]) for name in metrics]
+        start = computation.begun(order.job, run.start) | {"last": last}
     return {
-        "every": every,
+        "every": order.every,
+        "start": start,
         "steps": run.steps.tolist(),
-        "values": [
-            value if math.isfinite(value) else None for value in run.values.tolist()
-        ],
+        "values": [_finite(value) for value in run.values.tolist()],
         "senses": run.senses,
         "frames": base64.b64encode(run.frames).decode(),
     }
 
 
+def _finite(value: float) -> float | None:
+    """Return a number for JSON: None for a number that is not finite."""
+    return value if math.isfinite(value) else None
+
+
 def _page(data: dict[str, Any], origin: Mapping[str, str]) -> bytes:
     title = data["front"]["title"]
-    return document("supplement", "supplement", data, title, origin=origin)
+    return document(
+        "supplement",
+        "supplement",
+        data,
+        title,
+        origin=origin,
+        wasm=bool(data.get("computation", {}).get("modules")),
+    )

@@ -1,7 +1,8 @@
 """The second run of a stored trial.
 
 A worker runs the trial, and compares the results bit by bit with the stored results.
-Then the worker runs the trial once more to record the frames.
+Then the worker runs the trial once more to record the frames. A page that computes
+trials gets the start of the trial instead of frames.
 """
 
 from typing import NamedTuple
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.design import Job
+from sweep.explorer.supplement_starts import ComputedStart, computed_start
 from sweep.replays import differences
 from sweep.tables import StoredTrial
 from sweep.trial import simulate
@@ -20,7 +22,8 @@ class RunOrder(NamedTuple):
     """A trial that is to be recorded.
 
     `stored` has the stored results. `metric` is the metric whose values are recorded,
-    and `every` is the number of steps between two frames.
+    and `every` is the number of steps between two frames. `compute` means that the page
+    computes the trial.
     """
 
     study: str
@@ -28,6 +31,7 @@ class RunOrder(NamedTuple):
     stored: StoredTrial
     metric: str
     every: int
+    compute: bool = False
 
 
 class RecordedRun(NamedTuple):
@@ -36,7 +40,8 @@ class RecordedRun(NamedTuple):
     `differences` are the differences from the stored results, and `error` is the reason
     for a failure, or "". `steps` (F,) are the steps of the frames, and `values` (F,)
     the values of the metric. `frames` has the bytes of all frames in sequence. `senses`
-    has the facts from which a page computes perceived neighbours.
+    has the facts from which a page computes perceived neighbours. `start` is the start
+    of a trial that the page computes; such a run has no frames.
     """
 
     trial_id: str
@@ -45,6 +50,7 @@ class RecordedRun(NamedTuple):
     values: NDArray[np.float64]
     frames: bytes
     senses: Reply
+    start: ComputedStart | None = None
     error: str = ""
 
 
@@ -56,6 +62,16 @@ def record(order: RunOrder) -> RecordedRun:
     job = order.job
     name = order.metric
     different = differences(order.study, order.stored, simulate(job))
+    if order.compute:
+        return RecordedRun(
+            trial_id=job.trial_id,
+            differences=tuple(map(str, different)),
+            steps=np.empty(0, np.int64),
+            values=np.empty(0),
+            frames=b"",
+            senses=senses_of(job, np.empty((0, 4, 0))),
+            start=computed_start(job),
+        )
     flight = fly(order.study, job, (name,), every=order.every)
     size = float(job.settings["width"]), float(job.settings["height"])
     bodies = faced(job, flight.bodies)

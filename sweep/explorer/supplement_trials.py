@@ -1,7 +1,7 @@
 """The choice of the stored trials behind a mark of a supplement.
 
 The choices are the median, the lowest, the highest, the worst and the best of the done
-trials, by the metric of the figure.
+trials, by the metric of the figure, or all of these trials.
 """
 
 from collections.abc import Iterable, Sequence
@@ -20,7 +20,8 @@ PLACES = {"lowest": 0.0, "median": 0.5, "highest": 1.0}
 The rank is 0 for the least value and 1 for the largest value.
 """
 JUDGED = ("worst", "best")
-ROLES = (*PLACES, *JUDGED)
+ALL = "all"
+ROLES = (*PLACES, *JUDGED, ALL)
 
 
 class ShownTrial(NamedTuple):
@@ -50,7 +51,8 @@ def places(
     Returns
     -------
     dict of str to float
-        A rank by role, from 0 for the least value to 1 for the largest.
+        A rank by role, from 0 for the least value to 1 for the largest. The role "all"
+        has no rank, and gives the roles of PLACES.
 
     Raises
     ------
@@ -62,6 +64,9 @@ def places(
     for role in dict.fromkeys(roles):
         if role not in ROLES:
             raise ChoiceError(unknown("choice of trials", role, ROLES))
+        if role == ALL:
+            ranks |= PLACES
+            continue
         ranks[role] = PLACES[role] if role in PLACES else _judged(study, column, role)
     return ranks
 
@@ -79,7 +84,7 @@ def _judged(study: StoredStudy, column: Column, role: str) -> float:
 
 
 def behind(
-    trials: pd.DataFrame, column: Column, at: dict[str, float]
+    trials: pd.DataFrame, column: Column, at: dict[str, float], *, every: bool = False
 ) -> list[ShownTrial]:
     """Return the trials behind a mark, by ascending value.
 
@@ -96,6 +101,8 @@ def behind(
         The column of the metric.
     at : dict of str to float
         A relative rank by role, from 0 to 1.
+    every : bool, default False
+        Also return the trials without a role. Their role is the replicate.
 
     Returns
     -------
@@ -109,6 +116,9 @@ def behind(
     roles: dict[int, list[str]] = {}
     for role, place in at.items():
         roles.setdefault(int(place * (len(ordered) - 1)), []).append(role)
+    if every:
+        for place, replicate in enumerate(ordered["replicate"]):
+            roles.setdefault(place, [f"replicate {replicate}"])
     rows = [(ordered.iloc[place], names) for place, names in sorted(roles.items())]
     return [
         ShownTrial(tuple(names), str(row["trial_id"]), float(row[str(column)]))

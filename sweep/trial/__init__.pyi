@@ -28,11 +28,14 @@ from .numba_errors import explained as explained
 from .numba_errors import of_own_code as of_own_code
 from .on_device import MOST_ON_DEVICE as MOST_ON_DEVICE
 from .on_device import DeviceTrials as DeviceTrials
+from .on_device import device_start as device_start
 from .on_device import gpu as gpu
+from .on_device import not_on_device as not_on_device
 from .on_device import problem as problem
 from .on_device import refusal_of as refusal_of
 from .on_device import refusal_of_wasm as refusal_of_wasm
 from .on_device import wasm as wasm
+from .on_device import wasm_module as wasm_module
 from .playing import with_last_positions as with_last_positions
 from .probe import MOST_TRIALS as MOST_TRIALS
 from .probe import check_once as check_once

@@ -17,9 +17,10 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from psutil import virtual_memory
 
 from kernels.device.batch import (
@@ -31,6 +32,7 @@ from kernels.device.batch import (
     NoRoomError,
     form,
 )
+from kernels.device.image import Image, image_of
 from kernels.device.kernel import ASTRAY, LOST, Kernel
 from kernels.flight import Calls, calls_of, check_calls
 from kernels.generator import Stream, go_on, stream_of
@@ -45,6 +47,7 @@ from sweep.trial.state import Taken
 
 if TYPE_CHECKING:
     from kernels.device.gpu import Gpu
+    from kernels.device.wasm import Module
     from kernels.device.wasmtime_host import Wasm
 
 MOST_ON_DEVICE = 8192
@@ -191,6 +194,67 @@ def kernel_of(job: Job) -> Kernel:
     Raises the error of a trial that cannot begin.
     """
     return _batch([_begun(job)]).kernel
+
+
+class DeviceStart(NamedTuple):
+    """A trial on a device before the first step.
+
+    Attributes
+    ----------
+    image : Image
+        Memory of the device.
+    bodies : tuple of int
+        First elements of x, y, vx and vy in the array `numbers` of the memory.
+    numbers : str
+        Name of that array.
+    steps : array (F,)
+        Steps of the frames so far.
+    values : array (number of metrics, F)
+        Metrics of the frames so far.
+    """
+
+    image: Image
+    bodies: tuple[int, ...]
+    numbers: str
+    steps: NDArray[np.int64]
+    values: NDArray[np.float64]
+
+
+def device_start(job: Job) -> DeviceStart:
+    """Return a trial on a device before the first step.
+
+    Raises the error of a trial that cannot begin.
+    """
+    begun = _begun(job)
+    batch = _batch([begun])
+    taken = begun.simulation.taken[0]
+    places = [batch.layout.first_of(place) for place in range(4)]
+    return DeviceStart(
+        image_of(batch),
+        tuple(first for _, first in places),
+        places[0][0],
+        taken.steps,
+        taken.values,
+    )
+
+
+def wasm_module(job: Job) -> "Module":
+    """Return the WebAssembly that runs such a trial, as for `device_start`.
+
+    Raises the error of a trial that cannot begin, and NoModuleError if the kernel
+    cannot be compiled.
+    """
+    from kernels.device.wasm import module_of
+
+    return module_of(kernel_of(job))
+
+
+def not_on_device(job: Job) -> list[str]:
+    """Return the names of the metrics that no device measures."""
+    names = job.record.metrics
+    metrics = metrics_of(job, names)
+    pairs = zip(names, metrics, strict=True)
+    return [name for name, metric in pairs if not is_there(metric)]
 
 
 def _groups(jobs: Sequence[Job]) -> Iterator[list[int]]:

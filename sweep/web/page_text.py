@@ -19,6 +19,8 @@ def document(
     data: Mapping[str, Any],
     title: str,
     origin: Mapping[str, str],
+    *,
+    wasm: bool = False,
 ) -> bytes:
     """Return the page in which a module of `static` shows data.
 
@@ -34,6 +36,8 @@ def document(
         Title of the page.
     origin : mapping of str to str
         Origin of the content, for the metadata of the page.
+    wasm : bool, default False
+        Whether the page may run WebAssembly, which its data contain.
 
     Returns
     -------
@@ -42,8 +46,9 @@ def document(
     """
     program = script(entry)
     rules = style("view", sheet)
+    modules = " 'wasm-unsafe-eval'" if wasm else ""
     policy = (
-        f"default-src 'none'; script-src {source_of(program)}; style-src"
+        f"default-src 'none'; script-src {source_of(program)}{modules}; style-src"
         f" {source_of(rules)}; img-src blob: data:"
     )
     # "<" could end the element of the data.

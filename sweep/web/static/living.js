@@ -379,10 +379,11 @@ export class LivingCells {
     if (!stage) return;
     stage.cells = parts.flatMap(({ place, part }) => {
       const run = this.runOf(place);
-      if (!run) return [];
+      if (!run?.steps.length) return [];
       const scene = this.data.scenes[run.scene];
       return [{ box: this.onScreen(part), scene, tape: this.tapeOf(run) }];
     });
+    if (!stage.cells.length) return;
     stage.scene = stage.cells[0].scene;
     const at = { x: WHEEL_SIZE, y: WHEEL_SIZE };
     const radii = /** @type {[number, number]} */ ([0.55 * WHEEL_SIZE, WHEEL_SIZE]);

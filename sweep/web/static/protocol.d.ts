@@ -375,7 +375,8 @@ export interface Recording {
   steps: number[];
   values: Record<string, (number | null)[]>;
   about: Record<string, string>;
-  frames: string;
+  /** In base64, or as the page has computed them. */
+  frames: string | Uint8Array<ArrayBuffer>;
 }
 
 /**

@@ -41,7 +41,50 @@ export interface SupplementRun {
   steps: number[];
   values: (number | null)[];
   senses: SensesOf;
-  frames: string;
+  frames: string | Uint8Array<ArrayBuffer>;
+  /** Of a trial that the page computes: until then there are no frames. */
+  start: ComputedStart | null;
+  /** Whether the metrics that the page has computed are the stored ones. */
+  same?: boolean;
+}
+
+/** The WebAssembly of a kernel, compressed; `pages` is its least memory. */
+export interface ComputedModule {
+  code: string;
+  pages: number;
+  metrics: string[];
+  every: number;
+}
+
+/** Contents of memory are compressed, and each is there once. */
+export interface Computation {
+  modules: ComputedModule[];
+  contents: string[];
+}
+
+/** A trial before its first step: the memory and the numbers of its kernel. */
+export interface ComputedStart {
+  module: number;
+  rooms: [size: number, item: number][];
+  pieces: [room: number, first: number, content: number][];
+  integers: string;
+  floats: string;
+  bodies: [room: number, firsts: number[]];
+  /** Metrics before the first step, and the stored ones of the last frame. */
+  first: (number | null)[];
+  last: (number | null)[];
+  faces: boolean;
+  n: number;
+  steps: number;
+}
+
+/** A trial that the page has computed; `same` says that its metrics are the stored. */
+export interface Flown {
+  steps: number[];
+  values: (number | null)[];
+  frames: Uint8Array<ArrayBuffer>;
+  resting: string;
+  same: boolean;
 }
 
 export interface SupplementFront {
@@ -78,6 +121,7 @@ export interface SupplementData {
   /** Which trial of a point is shown first. */
   role: string;
   runs: SupplementRun[];
+  computation: Computation;
 }
 
 declare global {

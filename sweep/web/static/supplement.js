@@ -4,6 +4,7 @@
 
 import { button, make, short, unitText } from "./dom.js";
 import { download } from "./files.js";
+import { Computer } from "./flown.js";
 import { LivingCells } from "./living.js";
 import { Player } from "./player.js";
 import { estimated, Plotted } from "./plotted.js";
@@ -20,6 +21,11 @@ import { estimated, Plotted } from "./plotted.js";
 const VERIFIED =
   "Run again for this page: every number equals the stored one, bit for" +
   " bit.";
+const COMPUTED = "Computed in this browser: the metrics of the last frame equal the" +
+  " stored ones, bit for bit.";
+const DIFFERS = "Computed in this browser: the metrics of the last frame differ from" +
+  " the stored ones.";
+const MOST_FRAMES = 64 * 2 ** 20; // bytes of computed frames that the page keeps
 // In the address, after its #.
 const TRIAL = "trial";
 const SWARMS = "swarms";
@@ -45,6 +51,9 @@ class Supplement {
     this.root = root;
     this.data = data;
     this.role = data.role; // of the trials that are shown
+    const { computation } = data;
+    this.computer = computation.modules.length ? new Computer(computation) : null;
+    this.kept = 0; // bytes of computed frames
     this.plotted = new Plotted(data, (place, clicked) => this.choose(place, clicked));
     this.reading = make("p", { className: "told", role: "status" });
     this.roles = make("div", {
@@ -68,6 +77,7 @@ class Supplement {
         ...(data.figure.form === "cells" ? [paragraph(HATCHED)] : []),
         paragraph(WAYS, "ways"),
       ),
+      this.checks(),
     );
     const stand = make("div", { className: "stand" }, figure, room);
     root.append(stand);
@@ -87,7 +97,10 @@ class Supplement {
   enliven(stand) {
     const living = new LivingCells(stand, this.data, this.plotted, {
       runOf: (place) => this.runOf(place),
-      switched: () => this.name(),
+      switched: () => {
+        this.name();
+        if (this.computer && this.living?.wanted) this.verify();
+      },
     });
     living.input.checked = named().has(SWARMS);
     this.plotted.element.before(living.element);
@@ -124,11 +137,80 @@ class Supplement {
     this.table.show(place);
     const run = this.runOf(place);
     this.tell(run);
-    this.lacking.hidden = run !== null;
-    this.lacking.textContent = this.data.points[place].why;
-    if (run) this.load(run);
-    if (run && clicked) this.player.obey({ type: "run" });
-    if (!run) this.player.obey({ type: "pause" });
+    const { why } = this.data.points[place];
+    const ready = run !== null && run.steps.length > 0;
+    this.lacking.hidden = ready;
+    this.lacking.textContent = run ? "Computing …" : why;
+    if (ready) this.load(run);
+    else this.player.obey({ type: "pause" });
+    if (ready && clicked) this.player.obey({ type: "run" });
+    if (run && !ready) this.prepare(run, clicked);
+  }
+
+  // Computes the run of the chosen point, and shows it unless a reader has gone on.
+  /** @param {SupplementRun} run @param {boolean} clicked */
+  async prepare(run, clicked) {
+    try {
+      await this.compute(run, true);
+    } catch (error) {
+      if (this.runOf(this.place) !== run) return;
+      this.lacking.textContent = `This browser cannot compute the trial: ${error}`;
+      return;
+    }
+    if (this.runOf(this.place) === run) this.choose(this.place, clicked);
+  }
+
+  /** @param {SupplementRun} run @param {boolean} keep */
+  async compute(run, keep) {
+    const { computer, data: { figure, scenes } } = this;
+    if (!computer || !run.start || run.steps.length) return;
+    const { width, height } = scenes[run.scene];
+    const { metric } = figure;
+    const size = /** @type {[number, number]} */ ([width, height]);
+    const flown = await computer.run(run.start, run.every, size, metric.name);
+    run.same = flown.same;
+    this.count();
+    if (!keep && this.kept + flown.frames.length > MOST_FRAMES) return;
+    const { frames, resting, steps, values } = flown;
+    this.kept += frames.length;
+    Object.assign(run, { frames, steps, values });
+    run.senses = { ...run.senses, resting };
+  }
+
+  // Says how many of the trials this browser has verified, and has a button for all.
+  checks() {
+    this.verified = make("span", { role: "status" });
+    const all = () => this.verify();
+    const words = "Verify all trials";
+    this.verifier = make("button", { type: "button", on: { click: all } }, words);
+    const row = make("div", { className: "verified row", hidden: !this.computer });
+    row.append(this.verified, this.verifier);
+    this.count();
+    return row;
+  }
+
+  count() {
+    const { data: { runs }, verified } = this;
+    const done = runs.filter(({ same }) => same !== undefined);
+    const same = done.filter((run) => run.same).length;
+    const different = done.length - same;
+    const words = `Verified in this browser, bit for bit: ${same} of ${runs.length} ` +
+      (runs.length === 1 ? "trial." : "trials.");
+    if (verified) {
+      verified.textContent = different ? `${words} Different: ${different}.` : words;
+    }
+    if (this.verifier) this.verifier.hidden = done.length === runs.length;
+  }
+
+  async verify() {
+    const { data: { runs }, verifier } = this;
+    if (!verifier || verifier.disabled) return;
+    verifier.disabled = true;
+    for (const run of runs) {
+      if (run.same === undefined) await this.compute(run, false);
+    }
+    verifier.disabled = false;
+    this.living?.settle();
   }
 
   /** @param {number} place */
@@ -226,6 +308,8 @@ class Supplement {
     const among = `the ${roles.join(" and ")} of its trials, replicate ${replicate}`;
     const which = `${points[this.place].words}, ${among}`;
     const recorded = every > 1 ? `A frame is kept every ${every} steps.` : "";
+    const { same = true } = run;
+    const equal = same ? COMPUTED : DIFFERS;
     return {
       type: "state",
       run: 0,
@@ -255,8 +339,9 @@ class Supplement {
         trial: run.trial,
         which,
         frames: [steps[0], last, 1],
-        equal: true,
-        words: [VERIFIED, recorded, ...run.notes].filter(Boolean).join(" "),
+        equal: same,
+        words: [run.start ? equal : VERIFIED, recorded, ...run.notes]
+          .filter(Boolean).join(" "),
         metrics: known ? { [metric.name]: { stored, replayed } } : {},
         recorded: true,
       },

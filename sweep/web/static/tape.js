@@ -9,7 +9,7 @@ export class Tape {
   // All frames have as many bytes.
   /** @param {Pick<Recording, "frames" | "steps">} recording */
   constructor({ frames, steps }) {
-    this.bytes = bytesOf(frames);
+    this.bytes = typeof frames === "string" ? bytesOf(frames) : frames;
     this.steps = steps;
     this.size = this.bytes.length / steps.length;
   }

@@ -1,0 +1,185 @@
+"""Trials that a page computes itself, as WebAssembly.
+
+The page has the module of each kernel, and the memory of a device before the first step
+of each trial. So the page has no frames, and the reader's browser checks the results.
+Initial conditions and streams of random numbers come from NumPy. Therefore the page has
+the memory after these calls, and not the seed alone.
+"""
+
+import base64
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from importlib.util import find_spec
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sweep.design import Job
+from sweep.errors import ChoiceError
+from sweep.spec import RecordSpec
+from sweep.text import installing
+from sweep.trial import device_start, not_on_device, refusal_of_wasm, wasm_module
+
+PACKAGES = "wasmtime", "ziglang"
+BEST = 9
+"""Level of compression with the smallest result."""
+BYTES_64 = 8
+
+
+class ComputedStart(NamedTuple):
+    """A trial before the first step, for a page.
+
+    Attributes
+    ----------
+    kernel : str
+        Key of the kernel.
+    rooms : list of (int, int)
+        Number of elements, and bytes of an element, of each array of the memory.
+    pieces : list of (int, int, bytes)
+        Array, first element, and compressed content.
+    integers, floats : bytes
+        Numbers of the first call, of 64 bits each.
+    bodies : (int, list of int)
+        Array of the flock, and the first elements of x, y, vx and vy there.
+    first : list of float or None
+        Metrics before the first step; None for a number that is not finite.
+    faces : bool
+        Whether a resting boid keeps the heading.
+    """
+
+    kernel: str
+    rooms: list[tuple[int, int]]
+    pieces: list[tuple[int, int, bytes]]
+    integers: bytes
+    floats: bytes
+    bodies: tuple[int, list[int]]
+    first: list[float | None]
+    faces: bool
+
+
+def check_computed(jobs: Sequence[Job], metric: str, study: str) -> None:
+    """Raise ChoiceError if a page cannot compute trials.
+
+    Parameters
+    ----------
+    jobs : sequence of Job
+        The trials. The message has one trial per reason.
+    metric : str
+        Metric of the figure.
+    study : str
+        Name of the study.
+    """
+    missing = [name for name in PACKAGES if find_spec(name) is None]
+    if missing:
+        raise ChoiceError(
+            f"--compute needs {' and '.join(missing)}: {installing('wasm')}", study
+        )
+    reasons: dict[str, Job] = {}
+    for job in jobs:
+        if why := _refusal(job, metric):
+            reasons.setdefault(why, job)
+    if reasons:
+        listed = [f"{why} (point {job.point})" for why, job in reasons.items()]
+        raise ChoiceError(
+            "\n  ".join(
+                ["a page cannot compute the trials; leave out --compute:", *listed]
+            ),
+            study,
+        )
+
+
+def _refusal(job: Job, metric: str) -> str:
+    if metric not in job.record.metrics:
+        return f"{metric} is derived from further metrics"
+    if metric in not_on_device(job):
+        return f"{metric} is measured on processors only"
+    return refusal_of_wasm(_measured_only(job))
+
+
+def computed_start(job: Job) -> ComputedStart:
+    """Return a trial before the first step."""
+    begun = device_start(_measured_only(job))
+    image = begun.image
+    names = list(image.kernel.arrays)
+    n_floats = image.kernel.n_floats
+    last_integer = len(image.numbers) - n_floats
+    return ComputedStart(
+        kernel=image.kernel.key(),
+        rooms=[(room.size, room.itemsize) for room in image.rooms],
+        pieces=[
+            (piece.room.place, piece.first, zlib.compress(piece.content, BEST))
+            for piece in image.pieces
+        ],
+        integers=np.array(image.numbers[:last_integer], np.int64).tobytes(),
+        floats=np.array(image.numbers[last_integer:], np.float64).tobytes(),
+        bodies=(names.index(begun.numbers), list(begun.bodies)),
+        first=[
+            value if np.isfinite(value) else None
+            for value in begun.values[:, -1].tolist()
+        ],
+        faces=job.known.models[job.model].faces_heading,
+    )
+
+
+class Computation:
+    """The part of a page that computes trials: modules, and contents of memory.
+
+    Each content is in the page once, as trials have most contents in common.
+    """
+
+    def __init__(self) -> None:
+        self._modules: dict[str, dict[str, Any]] = {}
+        self._contents: dict[bytes, int] = {}
+
+    def begun(self, job: Job, start: ComputedStart) -> dict[str, Any]:
+        """Return the start of a trial, ready for JSON; its module is compiled."""
+        if start.kernel not in self._modules:
+            module = wasm_module(_measured_only(job))
+            self._modules[start.kernel] = {
+                "code": _text(zlib.compress(module.code, BEST)),
+                "pages": module.pages,
+                "metrics": computed_metrics(job),
+                "every": job.record.every,
+            }
+        return {
+            "module": list(self._modules).index(start.kernel),
+            "rooms": start.rooms,
+            "pieces": [
+                (room, first, self._place(content))
+                for room, first, content in start.pieces
+            ],
+            "integers": _text(start.integers),
+            "floats": _text(start.floats),
+            "bodies": start.bodies,
+            "first": start.first,
+            "faces": start.faces,
+            "n": int(job.settings["n"]),
+            "steps": int(job.settings["steps"]),
+        }
+
+    def shared(self) -> Mapping[str, Any]:
+        """Return the modules and contents, ready for JSON."""
+        return {
+            "modules": list(self._modules.values()),
+            "contents": [_text(content) for content in self._contents],
+        }
+
+    def _place(self, content: bytes) -> int:
+        return self._contents.setdefault(content, len(self._contents))
+
+
+def _text(content: bytes) -> str:
+    return base64.b64encode(content).decode()
+
+
+def _measured_only(job: Job) -> Job:
+    """Return a trial that records nothing but the metrics that a device measures."""
+    record = RecordSpec(computed_metrics(job), every=job.record.every)
+    return replace(job, record=record)
+
+
+def computed_metrics(job: Job) -> tuple[str, ...]:
+    """Return the metrics of a trial that a page can compute."""
+    others = not_on_device(job)
+    return tuple(name for name in job.record.metrics if name not in others)

@@ -1,0 +1,293 @@
+// Computes stored trials in the page, by the WebAssembly of their kernels. A trial
+// begins from the memory of a device before the first step. Its metrics are compared
+// with the stored ones, bit for bit.
+
+import { bytesOf } from "./files.js";
+
+/**
+ * @import {
+ *   ComputedModule,
+ *   ComputedStart,
+ *   Computation,
+ *   Flown,
+ * } from "./supplement.d.ts"
+ */
+
+const PAGE = 65536; // bytes of a page of memory
+const FINE = 64; // arrays begin at multiples of this address
+const TAKE = 0; // the task of a call that takes steps
+const GOING = 0; // the state of a trial that is not lost
+// Of the arrays of a kernel, from the end.
+const [MARKS, STEPS_OF, VALUES] = [5, 4, 3];
+// What a compiled function returns without an error: with and without a value.
+const RETURNED = [0, -2];
+const SLICE = 30; // ms of computing between two looks at the reader
+const SPAN = 65535;
+const TURN = 256;
+const HEAD = 32; // bytes of a frame before its boids
+
+/** @param {string} text */
+async function unpacked(text) {
+  const packed = new Blob([bytesOf(text)]).stream();
+  const stream = packed.pipeThrough(new DecompressionStream("deflate"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+// Halves go to the even neighbour, as in NumPy.
+/** @param {number} value */
+function rounded(value) {
+  const low = Math.floor(value);
+  const part = value - low;
+  if (part !== 0.5) return part < 0.5 ? low : low + 1;
+  return low % 2 ? low + 1 : low;
+}
+
+const breath = () => new Promise((done) => setTimeout(done, 0));
+
+// A trial in the memory of its module.
+class Machine {
+  /**
+   * @param {WebAssembly.Module} module
+   * @param {ComputedModule} about
+   * @param {ComputedStart} start
+   */
+  constructor(module, about, start) {
+    this.start = start;
+    const bytes = start.rooms.reduce(
+      (sum, [size, item]) => sum + size * item + FINE,
+      0,
+    );
+    const initial = about.pages + Math.ceil(bytes / PAGE) + 1;
+    this.memory = new WebAssembly.Memory({ initial });
+    const { exports } = new WebAssembly.Instance(module, {
+      env: { memory: this.memory },
+    });
+    this.fly = /** @type {(...numbers: (number | bigint)[]) => number} */ (exports.fly);
+    this.top = about.pages * PAGE; // after the memory of the module itself
+    this.scratch = this.take(16);
+    this.rooms = start.rooms.map(([size, item]) => this.take(size * item));
+    this.integers = new BigInt64Array(bytesOf(start.integers).buffer);
+    this.floats = new Float64Array(bytesOf(start.floats).buffer);
+  }
+
+  /** @param {number} bytes @returns {number} */
+  take(bytes) {
+    const address = Math.ceil(this.top / FINE) * FINE;
+    this.top = address + bytes;
+    return address;
+  }
+
+  /** @param {Uint8Array[]} contents */
+  fill(contents) {
+    for (const [room, first, content] of this.start.pieces) {
+      const at = this.rooms[room] + first * this.start.rooms[room][1];
+      new Uint8Array(this.memory.buffer).set(contents[content], at);
+    }
+    const [task, steps] = this.integers;
+    this.call(task, steps);
+  }
+
+  /** @param {bigint} task @param {bigint} steps */
+  call(task, steps) {
+    const [, , ...more] = this.integers;
+    const status = this.fly(
+      this.scratch,
+      this.scratch + 8,
+      0n,
+      task,
+      steps,
+      ...more,
+      ...this.floats,
+      ...this.rooms,
+    );
+    if (!RETURNED.includes(status)) throw new Error(`the kernel reports ${status}`);
+  }
+
+  /** @param {number} steps */
+  advance(steps) {
+    this.call(BigInt(TAKE), BigInt(steps));
+  }
+
+  // An array of the kernel, counted from the last one.
+  /** @param {number} fromEnd */
+  integersOf(fromEnd) {
+    const { start: { rooms } } = this;
+    const place = rooms.length - fromEnd;
+    return new BigInt64Array(this.memory.buffer, this.rooms[place], rooms[place][0]);
+  }
+
+  get values() {
+    const { start: { rooms } } = this;
+    const place = rooms.length - VALUES;
+    return new Float64Array(this.memory.buffer, this.rooms[place], rooms[place][0]);
+  }
+
+  // The number of frames that were measured.
+  get measured() {
+    return Number(this.integersOf(MARKS)[1]);
+  }
+
+  get going() {
+    return Number(this.integersOf(MARKS)[0]) === GOING;
+  }
+
+  // x, y, vx and vy of the boids.
+  bodies() {
+    const { n, bodies: [room, firsts] } = this.start;
+    const all = new Float64Array(this.memory.buffer, this.rooms[room]);
+    return firsts.map((first) => all.slice(first, first + n));
+  }
+}
+
+// Writes frames as the server does: places in 16 bits, headings in 8.
+class Film {
+  /** @param {ComputedStart} start @param {[number, number]} size */
+  constructor(start, size) {
+    this.start = start;
+    this.size = size;
+    const { n } = start;
+    /** @type {Uint8Array[]} */
+    this.frames = [];
+    /** @type {number[]} */
+    this.steps = [];
+    /** @type {boolean[]} */
+    this.resting = [];
+    /** @type {Float64Array[]} */
+    this.last = [0, 1, 2, 3].map(() => new Float64Array(n));
+    this.ahead = [new Float64Array(n).fill(1), new Float64Array(n)];
+  }
+
+  /** @param {number} step @param {Float64Array[]} bodies */
+  add(step, bodies) {
+    const { n, faces } = this.start;
+    // One that is not there keeps its last place.
+    bodies.forEach((values, k) =>
+      values.forEach((value, i) => {
+        if (Number.isNaN(value)) values[i] = this.last[k][i];
+      })
+    );
+    this.last = bodies;
+    const [x, y, vx, vy] = bodies;
+    const [ahead, aside] = this.ahead;
+    const frame = new Uint8Array((HEAD + 5 * n + 3) & ~3);
+    const view = new DataView(frame.buffer);
+    const [left, right] = this.span(x, this.size[0]);
+    const [low, high] = this.span(y, this.size[1]);
+    [0x42, 0x53, 0x46, 0x31].forEach((byte, k) => view.setUint8(k, byte));
+    [0, step, n].forEach((value, k) => view.setUint32(4 + 4 * k, value, true));
+    [left, low, right, high].forEach((end, k) =>
+      view.setFloat32(16 + 4 * k, end, true)
+    );
+    for (let i = 0; i < n; i++) {
+      view.setUint16(HEAD + 2 * i, this.place(x[i], left, right), true);
+      view.setUint16(HEAD + 2 * (n + i), this.place(y[i], low, high), true);
+      const rests = vx[i] === 0 && vy[i] === 0;
+      if (!rests) [ahead[i], aside[i]] = [vx[i], vy[i]];
+      const angle = rests && !faces ? 0 : Math.atan2(aside[i], ahead[i]);
+      frame[HEAD + 4 * n + i] = rounded(angle * (TURN / (2 * Math.PI))) & 255;
+      this.resting.push(rests);
+    }
+    this.frames.push(frame);
+    this.steps.push(step);
+  }
+
+  /** @param {Float64Array} values @param {number} length */
+  span(values, length) {
+    const least = values.reduce((a, b) => Math.min(a, b), 0);
+    const most = values.reduce((a, b) => Math.max(a, b), length);
+    const low = Math.max(-length, least);
+    const high = Math.min(2 * length, most);
+    return [Math.fround(low), Math.fround(high)];
+  }
+
+  /** @param {number} value @param {number} low @param {number} high */
+  place(value, low, high) {
+    const place = (value - low) * (SPAN / (high - low));
+    return rounded(Math.min(SPAN, Math.max(0, place)));
+  }
+
+  get bytes() {
+    const size = this.frames[0].length;
+    const bytes = new Uint8Array(size * this.frames.length);
+    this.frames.forEach((frame, k) => bytes.set(frame, k * size));
+    return bytes;
+  }
+
+  // A bit for each boid of each frame, in base64; nothing where all boids move, or
+  // where a boid at rest keeps its heading.
+  get rest() {
+    const { resting, start } = this;
+    if (start.faces || !resting.includes(true)) return "";
+    const bytes = new Uint8Array(Math.ceil(resting.length / 8));
+    resting.forEach((rests, k) => {
+      if (rests) bytes[k >> 3] |= 1 << (k & 7);
+    });
+    return btoa(Array.from(bytes, (byte) => String.fromCharCode(byte)).join(""));
+  }
+}
+
+export class Computer {
+  /** @param {Computation} computation */
+  constructor({ modules, contents }) {
+    this.modules = modules;
+    this.compiled = modules.map(async ({ code }) =>
+      WebAssembly.compile(await unpacked(code))
+    );
+    // An error is met by the first trial that needs the module.
+    for (const one of this.compiled) one.catch(() => {});
+    this.contents = contents.map(unpacked);
+  }
+
+  // Computes a trial, with a frame every `every` steps of a world of this size.
+  /**
+   * @param {ComputedStart} start
+   * @param {number} every
+   * @param {[number, number]} size
+   * @param {string} metric
+   * @returns {Promise<Flown>}
+   */
+  async run(start, every, size, metric) {
+    const about = this.modules[start.module];
+    const module = await this.compiled[start.module];
+    const machine = new Machine(module, about, start);
+    machine.fill(await Promise.all(this.contents));
+    const film = new Film(start, size);
+    film.add(0, machine.bodies());
+    let seen = performance.now();
+    for (let step = 0; step < start.steps && machine.going;) {
+      const steps = Math.min(every, start.steps - step);
+      machine.advance(steps);
+      step += steps;
+      film.add(step, machine.bodies());
+      if (performance.now() - seen > SLICE) {
+        await breath();
+        seen = performance.now();
+      }
+    }
+    return this.result(machine, film, about.metrics.indexOf(metric));
+  }
+
+  /** @param {Machine} machine @param {Film} film @param {number} shown */
+  result(machine, film, shown) {
+    const { start, measured, values } = machine;
+    const room = values.length / start.last.length;
+    const last = start.last.map((_, k) => values[k * room + measured - 1]);
+    /** @type {Map<number, number | null>} */
+    const at = new Map([[0, start.first[shown]]]);
+    const steps = machine.integersOf(STEPS_OF);
+    for (let k = 0; k < measured; k++) {
+      const value = values[shown * room + k];
+      at.set(Number(steps[k]), Number.isFinite(value) ? value : null);
+    }
+    return {
+      steps: film.steps,
+      values: film.steps.map((step) => at.get(step) ?? null),
+      frames: film.bytes,
+      resting: film.rest,
+      same: machine.going && last.every((value, k) => {
+        const stored = start.last[k];
+        return stored === null ? !Number.isFinite(value) : Object.is(value, stored);
+      }),
+    };
+  }
+}

@@ -1,0 +1,134 @@
+"""Trials that a page computes: in V8, by the module of the page, they have the results
+that are stored, bit for bit, and the frames of a recorded run.
+"""
+
+import base64
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from kernels.models import MODELS
+from sweep.design.jobs import Job
+from sweep.explorer.supplement_starts import (
+    Computation,
+    computed_metrics,
+    computed_start,
+)
+from sweep.tables.stored_study import StoredStudy
+from sweep.trial.simulation import run
+from sweep.web import STATIC
+from sweep.web.encoding import HEAD, SPAN
+from tests.builders import exact_jobs
+from tests.explorer.supplements import FLOWN, content_of, page_of
+from tests.studies import launched
+from tests.trial import test_all_layers
+from tests.web.scripts import printed
+
+
+def flown(content: dict[str, Any], folder: Path) -> list[dict[str, Any]]:
+    """What the page computes of its runs; frames are in base64."""
+    about = json.dumps(
+        {name: content[name] for name in ("computation", "runs", "metric", "size")}
+    )
+    return list(
+        printed(
+            f"""
+import {{ Computer }} from "{(STATIC / "flown.js").as_uri()}";
+const {{ computation, metric, runs, size }} = {about};
+const computer = new Computer(computation);
+const all = [];
+for (const {{ start, every }} of runs) {{
+  const one = await computer.run(start, every, size, metric);
+  const frames = Array.from(one.frames, (byte) => String.fromCharCode(byte));
+  all.push({{ ...one, frames: btoa(frames.join("")) }});
+}}
+console.log(JSON.stringify(all));
+""",
+            folder,
+        )
+    )
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> StoredStudy:
+    return launched(FLOWN, tmp_path_factory.mktemp("flown"))
+
+
+def frames_of(bytes_: str, count: int) -> NDArray[np.uint8]:
+    return np.frombuffer(base64.b64decode(bytes_), np.uint8).reshape(count, -1)
+
+
+def test_a_page_computes_all_trials_with_their_bits(
+    study: StoredStudy, tmp_path: Path
+) -> None:
+    content = content_of(page_of(study, compute=True, trials=("all",), metric="speed"))
+    assert len(content["runs"]) == len(study.trials) == 12
+    assert all(run["frames"] == "" for run in content["runs"])
+    size = [float(content["scenes"][0][side]) for side in ("width", "height")]
+    about = content | {"metric": "speed", "size": size}
+    computed = flown(about, tmp_path)
+    assert [one["same"] for one in computed] == [True] * 12
+    recorded = content_of(page_of(study, trials=("all",), metric="speed"))["runs"]
+    for one, other in zip(computed, recorded, strict=True):
+        assert one["steps"] == list(range(0, 61, 2))
+        assert one["values"] == other["values"][::2]
+        mine = frames_of(one["frames"], 31)
+        theirs = frames_of(other["frames"], 61)[::2]
+        n = int(np.frombuffer(theirs[0, 12:16].tobytes(), "<u4")[0])
+        assert (mine[:, : HEAD.size] == theirs[:, : HEAD.size]).all()
+        places, others = (
+            frames[:, HEAD.size : HEAD.size + 4 * n].copy().view("<u2").astype(int)
+            for frames in (mine, theirs)
+        )
+        # Halves are rounded alike; a product may be rounded otherwise by a last bit.
+        assert np.abs(places - others).max() <= 1 < SPAN
+        turns, other_turns = (
+            frames[:, HEAD.size + 4 * n : HEAD.size + 5 * n].astype(int)
+            for frames in (mine, theirs)
+        )
+        apart = np.abs(turns - other_turns)
+        assert np.minimum(apart, 256 - apart).max() <= 1
+
+
+def test_another_result_is_noticed(study: StoredStudy, tmp_path: Path) -> None:
+    content = content_of(page_of(study, compute=True, metric="speed"))
+    last = content["runs"][1]["start"]["last"]
+    last[0] = float(np.nextafter(last[0], 1.0))
+    about = content | {"metric": "speed", "size": [600.0, 400.0]}
+    assert [one["same"] for one in flown(about, tmp_path)] == [True, False, True]
+
+
+def of_jobs(jobs: Sequence[Job]) -> dict[str, Any]:
+    """The content of a page that computes jobs, with the results of this processor."""
+    computation = Computation()
+    runs = []
+    for job in jobs:
+        names = computed_metrics(job)
+        numbers = dict(zip(job.record.metrics, run(job).last, strict=True))
+        last = [
+            number if np.isfinite(number := numbers[name]) else None for name in names
+        ]
+        start = computation.begun(job, computed_start(job)) | {"last": last}
+        runs.append({"start": start, "every": 4})
+    first = computed_metrics(jobs[0])[0]
+    return {
+        "computation": computation.shared(),
+        "runs": runs,
+        "metric": first,
+        "size": [240.0, 210.0],
+    }
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("model", MODELS)
+def test_every_model_has_its_bits_in_a_page(model: str, tmp_path: Path) -> None:
+    """Presets, updates, borders and maps; then every layer."""
+    base = test_all_layers.a_job(model)
+    for jobs in (list(exact_jobs(model)), [base]):
+        computed = flown(of_jobs(jobs), tmp_path)
+        assert [one["same"] for one in computed] == [True] * len(jobs)
