@@ -222,7 +222,8 @@ class Arrangement:
     integers that differ, and `numbers` (S, T) floats that differ.
 
     `text` is the form of the tree, with an expression of a kernel for each leaf.
-    `blocks` are the rooms in the area "one by one", by place.
+    `blocks` are the rooms in the area "one by one", by place. `number_rows` are the
+    rows of `numbers`, by place.
     """
 
     count: int
@@ -237,6 +238,7 @@ class Arrangement:
     numbers: NDArray[np.float64]
     text: str
     blocks: dict[int, Block]
+    number_rows: dict[int, int]
     _sent: list[tuple[int, str, int]]
     _apart: list[tuple[str, int, Array]]
 
@@ -359,6 +361,7 @@ class _Builder:
         self._floats = list[float]()
         self._facts = list[Any]()
         self._numbers = list[Any]()
+        self._number_rows = dict[int, int]()
         self._rows = dict[str, int]()
         self._sent = list[tuple[int, str, int]]()
         self._waiting = list[tuple[Space, int]]()
@@ -379,6 +382,8 @@ class _Builder:
         test = " != 0" if kind == "bool" else ""
         is_float = kind == "float"
         if not is_common:
+            if is_float:
+                self._number_rows[len(self.words)] = len(self._numbers)
             name, rows = (
                 ("number", self._numbers) if is_float else ("fact", self._facts)
             )
@@ -525,6 +530,7 @@ class _Builder:
             numbers=self._table(self._numbers, np.float64),
             text=self.tree.text.format(*self.words),
             blocks=blocks,
+            number_rows=self._number_rows,
             _sent=self._sent,
             _apart=apart,
         )

@@ -40,7 +40,7 @@ from sweep.explorer.supplement_trials import (
     points_of,
     why_none,
 )
-from sweep.figures import select
+from sweep.figures import has_scale, select
 from sweep.replays import Report, check_code
 from sweep.spec import Column
 from sweep.tables import (
@@ -227,6 +227,11 @@ def planned(
         "runs": runs,
     }
     origin = about_page(study)
+    ranges = {
+        str(name): (float(values.min()), float(values.max()))
+        for name, values in selection.points.items()
+        if has_scale(values)
+    }
     lengths = [RunLength.of(jobs[run["trial"]]) for run in runs]
     if choice.compute:
         check_computed(list(jobs.values()), column.metric, study.name)
@@ -242,6 +247,7 @@ def planned(
             column.metric,
             every=_every(length, most, jobs[run["trial"]], compute=choice.compute),
             compute=choice.compute,
+            ranges=ranges,
         )
         for run, length in zip(runs, lengths, strict=True)
     ]

@@ -11,7 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sweep.design import Job
-from sweep.explorer.supplement_starts import ComputedStart, computed_start
+from sweep.explorer.supplement_starts import (
+    NO_RANGES,
+    ComputedStart,
+    Ranges,
+    computed_start,
+)
 from sweep.replays import differences
 from sweep.tables import StoredTrial
 from sweep.trial import simulate
@@ -23,7 +28,7 @@ class RunOrder(NamedTuple):
 
     `stored` has the stored results. `metric` is the metric whose values are recorded,
     and `every` is the number of steps between two frames. `compute` means that the page
-    computes the trial.
+    computes the trial, and `ranges` are the ranges of the parameters that vary.
     """
 
     study: str
@@ -32,6 +37,7 @@ class RunOrder(NamedTuple):
     metric: str
     every: int
     compute: bool = False
+    ranges: Ranges = NO_RANGES
 
 
 class RecordedRun(NamedTuple):
@@ -70,7 +76,7 @@ def record(order: RunOrder) -> RecordedRun:
             values=np.empty(0),
             frames=b"",
             senses=senses_of(job, np.empty((0, 4, 0))),
-            start=computed_start(job),
+            start=computed_start(job, order.ranges),
         )
     flight = fly(order.study, job, (name,), every=order.every)
     size = float(job.settings["width"]), float(job.settings["height"])

@@ -8,23 +8,34 @@ the memory after these calls, and not the seed alone.
 
 import base64
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from kernels.device.image import Piece
 from sweep.design import Job
 from sweep.errors import ChoiceError
-from sweep.spec import RecordSpec
+from sweep.spec import RecordSpec, settings_of
 from sweep.text import installing
-from sweep.trial import device_start, not_on_device, refusal_of_wasm, wasm_module
+from sweep.trial import (
+    DeviceStart,
+    device_start,
+    not_on_device,
+    refusal_of_wasm,
+    wasm_module,
+)
 
 PACKAGES = "wasmtime", "ziglang"
 BEST = 9
 """Level of compression with the smallest result."""
-BYTES_64 = 8
+FACTOR = 2.0
+"""Largest factor by which a reader may change a parameter that does not vary."""
+Ranges = Mapping[str, tuple[float, float]]
+NO_RANGES: Ranges = MappingProxyType({})
 
 
 class ComputedStart(NamedTuple):
@@ -46,6 +57,8 @@ class ComputedStart(NamedTuple):
         Metrics before the first step; None for a number that is not finite.
     faces : bool
         Whether a resting boid keeps the heading.
+    changes : list of dict
+        Parameters that a reader may change; see `_changes`.
     """
 
     kernel: str
@@ -56,6 +69,7 @@ class ComputedStart(NamedTuple):
     bodies: tuple[int, list[int]]
     first: list[float | None]
     faces: bool
+    changes: list[dict[str, Any]]
 
 
 def check_computed(jobs: Sequence[Job], metric: str, study: str) -> None:
@@ -97,8 +111,15 @@ def _refusal(job: Job, metric: str) -> str:
     return refusal_of_wasm(_measured_only(job))
 
 
-def computed_start(job: Job) -> ComputedStart:
-    """Return a trial before the first step."""
+def computed_start(job: Job, ranges: Ranges = NO_RANGES) -> ComputedStart:
+    """Return a trial before the first step.
+
+    Parameters
+    ----------
+    job : Job
+    ranges : mapping, optional
+        Lowest and highest value of the parameters that vary in the study.
+    """
     begun = device_start(_measured_only(job))
     image = begun.image
     names = list(image.kernel.arrays)
@@ -119,7 +140,63 @@ def computed_start(job: Job) -> ComputedStart:
             for value in begun.values[:, -1].tolist()
         ],
         faces=job.known.models[job.model].faces_heading,
+        changes=list(_changes(job, begun, ranges)),
     )
+
+
+def _changes(job: Job, begun: DeviceStart, ranges: Ranges) -> Iterator[dict[str, Any]]:
+    """Yield the parameters that a page can change, with the limits of their values.
+
+    A parameter can change if the memory before the first step differs in nothing but
+    this number, for both limits. A range of perception, for example, also decides the
+    size of the cells of a search. `row` is the element of the array "numbers".
+    """
+    known = settings_of(job.model, job.known)
+    for name, row in begun.rows.items():
+        setting = known[name]
+        value = float(job.settings[name])
+        low, high = ranges.get(name, (value / FACTOR, value * FACTOR))
+        low, high = min(low, value), max(high, value)
+        low = max(low, setting.low)
+        high = min(high, setting.high)
+        is_open = setting.exclusive and low <= setting.low
+        if low < high and not is_open and np.isfinite([low, high]).all():
+            limits = low, high
+            if all(_only_differs(job, begun, name, end) for end in limits):
+                yield {
+                    "name": name,
+                    "text": setting.text,
+                    "unit": setting.unit,
+                    "value": value,
+                    "low": low,
+                    "high": high,
+                    "row": row,
+                }
+
+
+def _only_differs(job: Job, begun: DeviceStart, name: str, value: float) -> bool:
+    """Return whether another value of a parameter changes only one number of memory."""
+    changed = replace(job, settings=job.settings | {name: value})
+    try:
+        other = device_start(_measured_only(changed))
+    except Exception:  # such a trial cannot begin
+        return False
+    place = list(begun.image.kernel.arrays).index("numbers")
+    same = begun.image._replace(pieces=()) == other.image._replace(pieces=())
+    before, after = (_by_room(start.image.pieces) for start in (begun, other))
+    numbers = np.frombuffer(b"".join(before.pop(place, [])))
+    expected = numbers.copy()
+    expected[begun.rows[name]] = value
+    found = np.frombuffer(b"".join(after.pop(place, [])))
+    return same and before == after and expected.tobytes() == found.tobytes()
+
+
+def _by_room(pieces: Iterable[Piece]) -> dict[int, list[Any]]:
+    rooms: dict[int, list[Any]] = {}
+    for piece in pieces:
+        content = piece.content if piece.first == 0 else (piece.first, piece.content)
+        rooms.setdefault(piece.room.place, []).append(content)
+    return rooms
 
 
 class Computation:
@@ -154,6 +231,7 @@ class Computation:
             "bodies": start.bodies,
             "first": start.first,
             "faces": start.faces,
+            "changes": start.changes,
             "n": int(job.settings["n"]),
             "steps": int(job.settings["steps"]),
         }

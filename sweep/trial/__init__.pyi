@@ -27,6 +27,7 @@ from .numba_errors import Place as Place
 from .numba_errors import explained as explained
 from .numba_errors import of_own_code as of_own_code
 from .on_device import MOST_ON_DEVICE as MOST_ON_DEVICE
+from .on_device import DeviceStart as DeviceStart
 from .on_device import DeviceTrials as DeviceTrials
 from .on_device import device_start as device_start
 from .on_device import gpu as gpu

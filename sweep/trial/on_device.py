@@ -34,6 +34,7 @@ from kernels.device.batch import (
 )
 from kernels.device.image import Image, image_of
 from kernels.device.kernel import ASTRAY, LOST, Kernel
+from kernels.device.layout import leaves_of
 from kernels.flight import Calls, calls_of, check_calls
 from kernels.generator import Stream, go_on, stream_of
 from kernels.jit import allocates
@@ -211,6 +212,8 @@ class DeviceStart(NamedTuple):
         Steps of the frames so far.
     values : array (number of metrics, F)
         Metrics of the frames so far.
+    rows : dict of int
+        Elements of the array "numbers" of the memory, by the parameter of the model.
     """
 
     image: Image
@@ -218,6 +221,7 @@ class DeviceStart(NamedTuple):
     numbers: str
     steps: NDArray[np.int64]
     values: NDArray[np.float64]
+    rows: dict[str, int]
 
 
 def device_start(job: Job) -> DeviceStart:
@@ -229,12 +233,20 @@ def device_start(job: Job) -> DeviceStart:
     batch = _batch([begun])
     taken = begun.simulation.taken[0]
     places = [batch.layout.first_of(place) for place in range(4)]
+    flight = begun.simulation.flight
+    first = len([*leaves_of((flight.flock, flight.world))])
+    rows = batch.layout.number_rows
     return DeviceStart(
         image_of(batch),
         tuple(first for _, first in places),
         places[0][0],
         taken.steps,
         taken.values,
+        {
+            name: rows[first + k]
+            for k, name in enumerate(flight.params._fields)
+            if first + k in rows
+        },
     )
 
 

@@ -5,6 +5,7 @@ that are stored, bit for bit, and the frames of a recorded run.
 import base64
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -42,8 +43,9 @@ import {{ Computer }} from "{(STATIC / "flown.js").as_uri()}";
 const {{ computation, metric, runs, size }} = {about};
 const computer = new Computer(computation);
 const all = [];
-for (const {{ start, every }} of runs) {{
-  const one = await computer.run(start, every, size, metric);
+for (const {{ start, every, changed }} of runs) {{
+  const values = new Map(changed ?? []);
+  const one = await computer.run(start, every, size, metric, values);
   const frames = Array.from(one.frames, (byte) => String.fromCharCode(byte));
   all.push({{ ...one, frames: btoa(frames.join("")) }});
 }}
@@ -103,16 +105,35 @@ def test_another_result_is_noticed(study: StoredStudy, tmp_path: Path) -> None:
     assert [one["same"] for one in flown(about, tmp_path)] == [True, False, True]
 
 
+def test_changed_settings_have_the_bits_of_a_trial_with_them(
+    study: StoredStudy, tmp_path: Path
+) -> None:
+    """From the same start: the generator of the trial is drawn from its seed alone."""
+    content = content_of(page_of(study, compute=True, metric="speed"))
+    run_ = content["runs"][0]
+    job = study.job(study.trial(run_["trial"]))
+    changes = {change["name"]: change for change in run_["start"]["changes"]}
+    assert {"separation_weight", "alignment_weight", "max_force"} <= changes.keys()
+    assert "cohesion_range" not in changes  # it decides the cells of the search
+    ends = [changes["separation_weight"][end] for end in ("low", "high")]
+    assert ends == [0.5, 2]  # what the study varies
+    chosen = {"separation_weight": 1.3, "max_force": 0.31}
+    run_["changed"] = [(changes[name]["row"], value) for name, value in chosen.items()]
+    about = content | {"metric": "speed", "size": [600.0, 400.0]}
+    changed = flown(about | {"runs": [run_]}, tmp_path)[0]
+    alone = run(replace(job, settings=job.settings | chosen))
+    assert changed["values"][-1] == alone.last["speed"] != run_["stored"]
+    assert not changed["same"]
+
+
 def of_jobs(jobs: Sequence[Job]) -> dict[str, Any]:
     """The content of a page that computes jobs, with the results of this processor."""
     computation = Computation()
     runs = []
     for job in jobs:
         names = computed_metrics(job)
-        numbers = dict(zip(job.record.metrics, run(job).last, strict=True))
-        last = [
-            number if np.isfinite(number := numbers[name]) else None for name in names
-        ]
+        numbers = [run(job).last[name] for name in names]
+        last = [number if np.isfinite(number) else None for number in numbers]
         start = computation.begun(job, computed_start(job)) | {"last": last}
         runs.append({"start": start, "every": 4})
     first = computed_metrics(jobs[0])[0]

@@ -4,6 +4,7 @@
 
 import { bytesOf } from "./files.js";
 
+/** @import { Changed } from "./changed.js" */
 /**
  * @import {
  *   ComputedModule,
@@ -18,7 +19,7 @@ const FINE = 64; // arrays begin at multiples of this address
 const TAKE = 0; // the task of a call that takes steps
 const GOING = 0; // the state of a trial that is not lost
 // Of the arrays of a kernel, from the end.
-const [MARKS, STEPS_OF, VALUES] = [5, 4, 3];
+const [MARKS, STEPS_OF, VALUES, NUMBERS] = [5, 4, 3, 1];
 // What a compiled function returns without an error: with and without a value.
 const RETURNED = [0, -2];
 const SLICE = 30; // ms of computing between two looks at the reader
@@ -77,12 +78,14 @@ class Machine {
     return address;
   }
 
-  /** @param {Uint8Array[]} contents */
-  fill(contents) {
+  /** @param {Uint8Array[]} contents @param {Changed} changed */
+  fill(contents, changed) {
     for (const [room, first, content] of this.start.pieces) {
       const at = this.rooms[room] + first * this.start.rooms[room][1];
       new Uint8Array(this.memory.buffer).set(contents[content], at);
     }
+    const numbers = this.floatsOf(NUMBERS);
+    for (const [row, value] of changed) numbers[row] = value;
     const [task, steps] = this.integers;
     this.call(task, steps);
   }
@@ -116,9 +119,10 @@ class Machine {
     return new BigInt64Array(this.memory.buffer, this.rooms[place], rooms[place][0]);
   }
 
-  get values() {
+  /** @param {number} fromEnd */
+  floatsOf(fromEnd) {
     const { start: { rooms } } = this;
-    const place = rooms.length - VALUES;
+    const place = rooms.length - fromEnd;
     return new Float64Array(this.memory.buffer, this.rooms[place], rooms[place][0]);
   }
 
@@ -244,13 +248,14 @@ export class Computer {
    * @param {number} every
    * @param {[number, number]} size
    * @param {string} metric
+   * @param {Changed} changed
    * @returns {Promise<Flown>}
    */
-  async run(start, every, size, metric) {
+  async run(start, every, size, metric, changed = new Map()) {
     const about = this.modules[start.module];
     const module = await this.compiled[start.module];
     const machine = new Machine(module, about, start);
-    machine.fill(await Promise.all(this.contents));
+    machine.fill(await Promise.all(this.contents), changed);
     const film = new Film(start, size);
     film.add(0, machine.bodies());
     let seen = performance.now();
@@ -269,7 +274,8 @@ export class Computer {
 
   /** @param {Machine} machine @param {Film} film @param {number} shown */
   result(machine, film, shown) {
-    const { start, measured, values } = machine;
+    const { start, measured } = machine;
+    const values = machine.floatsOf(VALUES);
     const room = values.length / start.last.length;
     const last = start.last.map((_, k) => values[k * room + measured - 1]);
     /** @type {Map<number, number | null>} */

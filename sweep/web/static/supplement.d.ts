@@ -46,6 +46,8 @@ export interface SupplementRun {
   start: ComputedStart | null;
   /** Whether the metrics that the page has computed are the stored ones. */
   same?: boolean;
+  /** What differs from the stored trial, where a reader has changed it. */
+  altered?: string;
 }
 
 /** The WebAssembly of a kernel, compressed; `pages` is its least memory. */
@@ -74,8 +76,20 @@ export interface ComputedStart {
   first: (number | null)[];
   last: (number | null)[];
   faces: boolean;
+  changes: ComputedChange[];
   n: number;
   steps: number;
+}
+
+/** A parameter that a reader may change; `row` is its place in the memory. */
+export interface ComputedChange {
+  name: string;
+  text: string;
+  unit: string;
+  value: number;
+  low: number;
+  high: number;
+  row: number;
 }
 
 /** A trial that the page has computed; `same` says that its metrics are the stored. */

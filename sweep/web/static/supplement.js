@@ -2,6 +2,7 @@
 // runs. A click plays the run of a mark; a drag across the figure leafs through the
 // runs at the same step. An address that ends in ?embed shows figure and run alone.
 
+import { Changes } from "./changed.js";
 import { button, make, short, unitText } from "./dom.js";
 import { download } from "./files.js";
 import { Computer } from "./flown.js";
@@ -9,6 +10,7 @@ import { LivingCells } from "./living.js";
 import { Player } from "./player.js";
 import { estimated, Plotted } from "./plotted.js";
 
+/** @import { Changed } from "./changed.js" */
 /** @import { Recording, State } from "./protocol.d.ts" */
 /**
  * @import {
@@ -54,6 +56,7 @@ class Supplement {
     const { computation } = data;
     this.computer = computation.modules.length ? new Computer(computation) : null;
     this.kept = 0; // bytes of computed frames
+    this.changes = new Changes((changed) => this.change(changed));
     this.plotted = new Plotted(data, (place, clicked) => this.choose(place, clicked));
     this.reading = make("p", { className: "told", role: "status" });
     this.roles = make("div", {
@@ -78,6 +81,7 @@ class Supplement {
         paragraph(WAYS, "ways"),
       ),
       this.checks(),
+      this.changes.element,
     );
     const stand = make("div", { className: "stand" }, figure, room);
     root.append(stand);
@@ -158,6 +162,26 @@ class Supplement {
       return;
     }
     if (this.runOf(this.place) === run) this.choose(this.place, clicked);
+  }
+
+  // Computes the trial that is shown with other settings, or shows it as it is stored.
+  /** @param {Changed} changed */
+  async change(changed) {
+    const { changes, computer, data: { figure, scenes }, player, run } = this;
+    if (!computer || !run?.start) return;
+    const { words } = changes;
+    const { width, height } = scenes[run.scene];
+    const size = /** @type {[number, number]} */ ([width, height]);
+    const name = figure.metric.name;
+    const flown = await computer.run(run.start, run.every, size, name, changed);
+    // Another trial, or another value, was chosen meanwhile.
+    if (this.run !== run || changes.words !== words) return;
+    const { frames, resting, steps, values } = flown;
+    const senses = { ...run.senses, resting };
+    player.play(
+      this.recording({ ...run, altered: words, frames, senses, steps, values }),
+    );
+    player.obey({ type: "run" });
   }
 
   /** @param {SupplementRun} run @param {boolean} keep */
@@ -263,6 +287,7 @@ class Supplement {
     // Not before a choice: the address of a page that was opened stays as it is.
     const opened = this.run === null;
     this.run = run;
+    this.changes.offer(run.start?.changes ?? []);
     if (!opened) this.name();
     player.play(this.recording(run));
     player.obey({ type: "seek", frame: step });
@@ -308,8 +333,10 @@ class Supplement {
     const among = `the ${roles.join(" and ")} of its trials, replicate ${replicate}`;
     const which = `${points[this.place].words}, ${among}`;
     const recorded = every > 1 ? `A frame is kept every ${every} steps.` : "";
-    const { same = true } = run;
+    const { altered, same = true } = run;
     const equal = same ? COMPUTED : DIFFERS;
+    const other = `Computed in this browser with ${altered}: not a stored trial.`;
+    const computed = altered ? other : equal;
     return {
       type: "state",
       run: 0,
@@ -339,11 +366,12 @@ class Supplement {
         trial: run.trial,
         which,
         frames: [steps[0], last, 1],
-        equal: same,
-        words: [run.start ? equal : VERIFIED, recorded, ...run.notes]
+        equal: same && !altered,
+        words: [run.start ? computed : VERIFIED, recorded, ...run.notes]
           .filter(Boolean).join(" "),
         metrics: known ? { [metric.name]: { stored, replayed } } : {},
-        recorded: true,
+        // The card of a trial that was computed has the title of a replay.
+        recorded: run.start ? undefined : true,
       },
     };
   }
