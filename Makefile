@@ -11,6 +11,7 @@ BENCH_STAMP := .venv/installed-bench
 LAB_STAMP := .venv/installed-lab
 DOCS_STAMP := .venv/installed-docs
 BROWSER_STAMP := .venv/browser
+FIREFOX_STAMP := .venv/firefox
 DENO := DENO_DIR=.venv/deno DENO_NO_UPDATE_CHECK=1 DENO_NO_PACKAGE_JSON=1 $(BIN)/deno
 UV := $(BIN)/uv pip install --quiet --python $(BIN)/python --compile-bytecode --constraint constraints.txt
 
@@ -30,7 +31,7 @@ reproduce-figures: $(RUN_STAMP)  ## run, draw and judge all that was published; 
 test: check $(BROWSER_STAMP)  ## check the code and run the fast tests
 	$(BIN)/pytest
 
-test-slow: $(LAB_STAMP) $(DOCS_STAMP) $(BROWSER_STAMP)  ## run the full-size tests
+test-slow: $(LAB_STAMP) $(DOCS_STAMP) $(BROWSER_STAMP) $(FIREFOX_STAMP)  ## run the full-size tests
 	$(BIN)/pytest -m slow
 
 notebooks: $(STAMP)  ## run the notebooks from nothing and write down what comes out
@@ -116,8 +117,16 @@ $(LAB_STAMP): $(STAMP)
 	$(UV) --editable '.[notebook]'
 	@touch $@
 
-# The page of the live simulator is tested in a real browser.
+# Pages are tested in real browsers.
 $(BROWSER_STAMP): $(STAMP)
-	@command -v chromium >/dev/null || { apt-get update -qq && apt-get install -yqq --no-install-recommends chromium; } >/dev/null \
-		|| { echo 'the tests need a browser: install Debian'"'"'s package chromium'; exit 1; }
+	@$(call install,chromium)
 	@touch $@
+
+$(FIREFOX_STAMP): $(STAMP)
+	@$(call install,firefox-esr)
+	@touch $@
+
+define install
+command -v $(1) >/dev/null || { apt-get update -qq && apt-get install -yqq --no-install-recommends $(1); } >/dev/null \
+	|| { echo 'the tests need a browser: install Debian'"'"'s package $(1)'; exit 1; }
+endef

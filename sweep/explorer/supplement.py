@@ -34,6 +34,7 @@ from sweep.explorer.supplement_starts import (
 )
 from sweep.explorer.supplement_trials import (
     ALL,
+    MIDDLE,
     ShownTrial,
     behind,
     places,
@@ -223,7 +224,7 @@ def planned(
             cells=cells_of(selection, form, column),
         ),
         "scenes": scenes,
-        "role": next(iter(at)),
+        "role": MIDDLE if choice.trials[0] == ALL else choice.trials[0],
         "runs": runs,
     }
     origin = about_page(study)

@@ -14,7 +14,8 @@ from sweep.spec import Column
 from sweep.tables import StoredStudy
 from sweep.text import unknown
 
-PLACES = {"lowest": 0.0, "median": 0.5, "highest": 1.0}
+MIDDLE = "median"
+PLACES = {"lowest": 0.0, MIDDLE: 0.5, "highest": 1.0}
 """Relative rank of a trial among the trials of a point.
 
 The rank is 0 for the least value and 1 for the largest value.

@@ -55,6 +55,15 @@ def grid(gridded: StoredStudy) -> Path:
     return written(gridded, gridded.store.folder.parent / "grid.html")
 
 
+@pytest.fixture(scope="module")
+def computed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A page that computes its trials."""
+    folder = tmp_path_factory.mktemp("page")
+    study = launched(f"# {EVIL}\n{FLOWN}", folder)
+    choice = {"compute": True, "metric": "speed", "trials": ("all",)}
+    return written(study, folder / "computed.html", **choice)
+
+
 @pytest.fixture
 def shown(browser: Browser) -> Iterator[Callable[..., Page]]:
     """Opens files. They ask for nothing else, and nothing goes wrong in them."""
@@ -259,6 +268,45 @@ def test_texts_of_a_spec_are_shown_as_text(
     page.get_by_text("spec.yaml", exact=True).click()
     assert page.get_by_text(f"# {EVIL}").count() == 1
     assert page.locator("img").count() == 0
+
+
+def test_a_page_computes_and_verifies_its_trials(
+    shown: Callable[..., Page], computed: Path
+) -> None:
+    page = shown(computed)
+    counted = page.locator(".verified [role=status]")
+    expect(counted).to_have_text(
+        "Verified in this browser, bit for bit: 1 of 12 trials."
+    )
+    card = page.get_by_label("replay")
+    expect(card).to_contain_text("equal the stored ones, bit for bit")
+    assert found(page) == []
+    page.get_by_role("button", name="Verify all trials").click()
+    expect(counted).to_contain_text("12 of 12 trials", timeout=1000 * PATIENCE)
+    assert page.get_by_role("button", name="Verify all trials").count() == 0
+    page.mouse.click(*middle(marks(page).nth(2)))
+    clock(page, "step 60 of 60")
+
+
+def test_a_reader_changes_settings_of_a_trial(
+    shown: Callable[..., Page], computed: Path
+) -> None:
+    """With the keyboard; the trial comes back as it is stored."""
+    page = shown(computed, viewport={"width": 390, "height": 844})
+    page.get_by_text("Change settings").click()
+    slider = page.get_by_label(re.compile("^alignment weight"))
+    slider.press("End")
+    card = page.get_by_label("replay")
+    expect(card).to_contain_text(
+        "with alignment weight 2: not a stored trial", timeout=1000 * PATIENCE
+    )
+    assert found(page) == []
+    wide = page.evaluate("document.documentElement.scrollWidth")
+    assert wide <= 390
+    page.get_by_role("button", name="As stored").click()
+    expect(card).to_contain_text(
+        "equal the stored ones, bit for bit", timeout=1000 * PATIENCE
+    )
 
 
 def test_an_embedded_page_is_figure_and_run_alone(

@@ -184,17 +184,17 @@ class Supplement {
     player.obey({ type: "run" });
   }
 
+  // Computes a run; its frames stay where they are to be shown.
   /** @param {SupplementRun} run @param {boolean} keep */
   async compute(run, keep) {
     const { computer, data: { figure, scenes } } = this;
     if (!computer || !run.start || run.steps.length) return;
     const { width, height } = scenes[run.scene];
-    const { metric } = figure;
     const size = /** @type {[number, number]} */ ([width, height]);
-    const flown = await computer.run(run.start, run.every, size, metric.name);
+    const flown = await computer.run(run.start, run.every, size, figure.metric.name);
     run.same = flown.same;
     this.count();
-    if (!keep && this.kept + flown.frames.length > MOST_FRAMES) return;
+    if (!keep) return;
     const { frames, resting, steps, values } = flown;
     this.kept += frames.length;
     Object.assign(run, { frames, steps, values });
@@ -226,15 +226,20 @@ class Supplement {
     if (this.verifier) this.verifier.hidden = done.length === runs.length;
   }
 
+  // Computes all trials, those that cells show first.
   async verify() {
-    const { data: { runs }, verifier } = this;
+    const { data: { points, runs }, verifier } = this;
     if (!verifier || verifier.disabled) return;
     verifier.disabled = true;
+    for (const place of points.keys()) {
+      const run = this.runOf(place);
+      if (run) await this.compute(run, this.kept < MOST_FRAMES);
+    }
+    this.living?.settle();
     for (const run of runs) {
       if (run.same === undefined) await this.compute(run, false);
     }
     verifier.disabled = false;
-    this.living?.settle();
   }
 
   /** @param {number} place */
@@ -274,7 +279,8 @@ class Supplement {
   /** @param {string} role */
   pick(role) {
     this.role = role;
-    this.living?.settle();
+    if (this.computer && this.living?.wanted) this.verify();
+    else this.living?.settle();
     this.choose(this.place, true);
   }
 
