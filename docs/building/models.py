@@ -1,5 +1,5 @@
-"""Pages of the models: equations, a picture, differences from the publication, and all
-parameters with the values of each preset.
+"""Pages of the models: equations, a picture, trials that run in the page, differences
+from the publication, and all parameters with the values of each preset.
 """
 
 import inspect
@@ -13,17 +13,24 @@ from docs.building.reference import cell, code, table
 from kernels.catalogue import Catalogue
 from kernels.model import Model
 from kernels.models import MODELS
+from sweep.campaigns import launch
 from sweep.cli.listing import spreads_text, torus_text
 from sweep.design import Jobs, expand
+from sweep.explorer import PaperTexts, SupplementChoice, computed_metrics, planned
 from sweep.own_code.reading import named_model, study_of
 from sweep.published.publications import Publication, read_all
 from sweep.replays import write_picture
 from sweep.spec import Study
 from sweep.spec.settings import GROUPS, Setting, settings_of, usual_preset
+from sweep.tables import StoredStudy
+from sweep.workers import Loky, core_count
 
 PICTURES = "_models"
 MOST_STEPS = 150
 """Of the trial that a picture shows: most boids of unbounded models are still in it."""
+MOST_COMPUTED = 600
+"""Steps of a trial that a page computes."""
+REPLICATES = 3
 DIFFERENCES = "Differences from the publication"
 """Chapter of a study page that the page of its model takes in."""
 GROUP_NAMES = {"parameters": "Parameters of the model"} | {
@@ -48,6 +55,38 @@ def draw_models(sources: Path) -> None:
         job = Jobs(study, expand(study))[0]
         steps = int(job.settings["steps"])
         write_picture(study.name, job, steps, folder / f"{name}.png", _unreported)
+
+
+def write_computed(sources: Path) -> None:
+    """Write the page of each model that computes trials, below the sources."""
+    engine = Loky(core_count())
+    for name, model in MODELS.items():
+        study = _computed(name, model)
+        results = sources / PICTURES / "results"
+        launch(study, results, engine)
+        stored = StoredStudy(name, results)
+        job = Jobs(study, expand(study))[0]
+        choice = SupplementChoice(
+            metric=computed_metrics(job)[0], trials=("all",), compute=True
+        )
+        texts = PaperTexts(title=f"The model {name}")
+        page = planned(stored, choice, texts).content(engine, _unreported)
+        (sources / PICTURES / f"{name}.html").write_bytes(page)
+    engine.stop()
+
+
+def _computed(name: str, model: Model) -> Study:
+    """The study whose trials a page computes: the default preset, with fewer and with
+    more boids.
+    """
+    preset = usual_preset(model)
+    values = model.preset_values(preset)
+    steps = min(MOST_COMPUTED, values["steps"])
+    sizes = [max(2, values["n"] // 2), values["n"], 2 * values["n"]]
+    return study_of(
+        f"study: {name}\nmodel: {name}\npreset: {preset}\nfixed: {{steps: {steps}}}\n"
+        f"sweep: {{n: {sizes}}}\nreplicates: {REPLICATES}\n"
+    )
 
 
 def _unreported(_done: int, _steps: int) -> None:
@@ -94,6 +133,11 @@ def _page(name: str, model: Model, studies: Mapping[str, Publication]) -> str:
         f"![boids of {name}](/{PICTURES}/{name}.png)\n\n"
         f"*The last of {shown.fixed['steps']} steps of one trial, with the preset"
         f" {code(shown.preset)}.*\n\n"
+        "## Run the model here\n\nYour browser runs these trials, and compares them"
+        " with stored results, bit for bit: see [interactive figures]"
+        "(../../guide/interactive-figures.md#trials-that-the-browser-computes).\n\n"
+        f'<iframe class="computed" loading="lazy" title="trials of {name}"'
+        f' src="../../{PICTURES}/{name}.html?embed"></iframe>\n\n'
         f"## Equations\n\n{model.equations.strip()}\n"
         + _judged(studies[name])
         + _settings(name, model, known)

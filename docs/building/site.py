@@ -18,7 +18,7 @@ from docs.building.api import api_pages
 from docs.building.blocks import BlockError, PageRun, blocks
 from docs.building.documents import ROOT, Documents, read
 from docs.building.gallery import gallery_page
-from docs.building.models import draw_models, model_pages
+from docs.building.models import PICTURES, draw_models, model_pages, write_computed
 from docs.building.reference import reference_pages
 from sweep.cli.topics import GUIDE, ONCE
 from sweep.own_code.reading import study_of
@@ -54,12 +54,15 @@ def build(folder: Path = BUILD) -> int:
             for path, page in shown.items()
         ]
         draw_models(sources)
+        write_computed(sources)
         name, text = gallery_page(ROOT / "experiments", folder / "results", sources)
         for one in ran:
             one.result()
     (sources / f"{name}.md").write_text(text, encoding="utf-8")
     code = sphinx(sources, site)
     write_moved(site)
+    for page in (sources / PICTURES).glob("*.html"):
+        copyfile(page, _place(site / PICTURES / page.name))
     return code
 
 

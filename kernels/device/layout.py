@@ -278,8 +278,8 @@ class Arrangement:
 
         `place` is the place of the leaf in the tree.
         """
-        [found] = [(numbers, first) for at, numbers, first in self._sent if at == place]
-        return found
+        [row] = [(numbers, first) for at, numbers, first in self._sent if at == place]
+        return row
 
     def apart(self) -> Iterator[tuple[str, int, Array]]:
         """Yield the arrays that are not side by side: type, first element, array."""

@@ -33,6 +33,8 @@ A supplement is a separate page, a file of HTML for readers:
     supplement_trials  the choice of the trials behind a mark
     supplement_runs    a trial that runs again, is compared and recorded
 
+    supplement_starts  trials that a page computes itself
+
     supplement_room    the number of frames that fit into the page
     publishing         title, authors, DOI, licence and caption
 """

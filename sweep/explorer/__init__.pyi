@@ -6,6 +6,7 @@ from .site import explorer as explorer
 from .site import site_of as site_of
 from .supplement import SupplementChoice as SupplementChoice
 from .supplement import planned as planned
+from .supplement_starts import computed_metrics as computed_metrics
 from .watching import Watched as Watched
 from .widget import Explored as Explored
 from .widget import explored as explored

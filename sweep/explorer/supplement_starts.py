@@ -8,7 +8,7 @@ the memory after these calls, and not the seed alone.
 
 import base64
 import zlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
 from types import MappingProxyType
@@ -16,13 +16,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kernels.device.image import Piece
 from sweep.design import Job
 from sweep.errors import ChoiceError
 from sweep.spec import RecordSpec, settings_of
 from sweep.text import installing
 from sweep.trial import (
     DeviceStart,
+    changes_only,
     device_start,
     not_on_device,
     refusal_of_wasm,
@@ -49,8 +49,8 @@ class ComputedStart(NamedTuple):
         Number of elements, and bytes of an element, of each array of the memory.
     pieces : list of (int, int, bytes)
         Array, first element, and compressed content.
-    integers, floats : bytes
-        Numbers of the first call, of 64 bits each.
+    wholes, reals : bytes
+        Integers and floats of the first call, of 64 bits each.
     bodies : (int, list of int)
         Array of the flock, and the first elements of x, y, vx and vy there.
     first : list of float or None
@@ -64,8 +64,8 @@ class ComputedStart(NamedTuple):
     kernel: str
     rooms: list[tuple[int, int]]
     pieces: list[tuple[int, int, bytes]]
-    integers: bytes
-    floats: bytes
+    wholes: bytes
+    reals: bytes
     bodies: tuple[int, list[int]]
     first: list[float | None]
     faces: bool
@@ -132,8 +132,8 @@ def computed_start(job: Job, ranges: Ranges = NO_RANGES) -> ComputedStart:
             (piece.room.place, piece.first, zlib.compress(piece.content, BEST))
             for piece in image.pieces
         ],
-        integers=np.array(image.numbers[:last_integer], np.int64).tobytes(),
-        floats=np.array(image.numbers[last_integer:], np.float64).tobytes(),
+        wholes=np.array(image.numbers[:last_integer], np.int64).tobytes(),
+        reals=np.array(image.numbers[last_integer:], np.float64).tobytes(),
         bodies=(names.index(begun.numbers), list(begun.bodies)),
         first=[
             value if np.isfinite(value) else None
@@ -145,24 +145,24 @@ def computed_start(job: Job, ranges: Ranges = NO_RANGES) -> ComputedStart:
 
 
 def _changes(job: Job, begun: DeviceStart, ranges: Ranges) -> Iterator[dict[str, Any]]:
-    """Yield the parameters that a page can change, with the limits of their values.
+    """Yield the parameters that a page can change, with the ends of their values.
 
     A parameter can change if the memory before the first step differs in nothing but
-    this number, for both limits. A range of perception, for example, also decides the
+    this number, for both ends. A range of perception, for example, also decides the
     size of the cells of a search. `row` is the element of the array "numbers".
     """
     known = settings_of(job.model, job.known)
+    bare = _measured_only(job)
     for name, row in begun.rows.items():
         setting = known[name]
         value = float(job.settings[name])
-        low, high = ranges.get(name, (value / FACTOR, value * FACTOR))
-        low, high = min(low, value), max(high, value)
-        low = max(low, setting.low)
-        high = min(high, setting.high)
+        ends = ranges.get(name, (value / FACTOR, value * FACTOR))
+        low = max(min(*ends, value), setting.low)
+        high = min(max(*ends, value), setting.high)
         is_open = setting.exclusive and low <= setting.low
         if low < high and not is_open and np.isfinite([low, high]).all():
-            limits = low, high
-            if all(_only_differs(job, begun, name, end) for end in limits):
+            ends = low, high
+            if all(changes_only(bare, begun, name, end) for end in ends):
                 yield {
                     "name": name,
                     "text": setting.text,
@@ -172,31 +172,6 @@ def _changes(job: Job, begun: DeviceStart, ranges: Ranges) -> Iterator[dict[str,
                     "high": high,
                     "row": row,
                 }
-
-
-def _only_differs(job: Job, begun: DeviceStart, name: str, value: float) -> bool:
-    """Return whether another value of a parameter changes only one number of memory."""
-    changed = replace(job, settings=job.settings | {name: value})
-    try:
-        other = device_start(_measured_only(changed))
-    except Exception:  # such a trial cannot begin
-        return False
-    place = list(begun.image.kernel.arrays).index("numbers")
-    same = begun.image._replace(pieces=()) == other.image._replace(pieces=())
-    before, after = (_by_room(start.image.pieces) for start in (begun, other))
-    numbers = np.frombuffer(b"".join(before.pop(place, [])))
-    expected = numbers.copy()
-    expected[begun.rows[name]] = value
-    found = np.frombuffer(b"".join(after.pop(place, [])))
-    return same and before == after and expected.tobytes() == found.tobytes()
-
-
-def _by_room(pieces: Iterable[Piece]) -> dict[int, list[Any]]:
-    rooms: dict[int, list[Any]] = {}
-    for piece in pieces:
-        content = piece.content if piece.first == 0 else (piece.first, piece.content)
-        rooms.setdefault(piece.room.place, []).append(content)
-    return rooms
 
 
 class Computation:
@@ -210,14 +185,20 @@ class Computation:
         self._contents: dict[bytes, int] = {}
 
     def begun(self, job: Job, start: ComputedStart) -> dict[str, Any]:
-        """Return the start of a trial, ready for JSON; its module is compiled."""
+        """Return the start of a trial, ready for JSON; its module is compiled.
+
+        Parameters
+        ----------
+        job : Job
+        start : ComputedStart
+            Result of `computed_start`.
+        """
         if start.kernel not in self._modules:
             module = wasm_module(_measured_only(job))
             self._modules[start.kernel] = {
                 "code": _text(zlib.compress(module.code, BEST)),
                 "pages": module.pages,
                 "metrics": computed_metrics(job),
-                "every": job.record.every,
             }
         return {
             "module": list(self._modules).index(start.kernel),
@@ -226,8 +207,8 @@ class Computation:
                 (room, first, self._place(content))
                 for room, first, content in start.pieces
             ],
-            "integers": _text(start.integers),
-            "floats": _text(start.floats),
+            "wholes": _text(start.wholes),
+            "reals": _text(start.reals),
             "bodies": start.bodies,
             "first": start.first,
             "faces": start.faces,
@@ -259,5 +240,5 @@ def _measured_only(job: Job) -> Job:
 
 def computed_metrics(job: Job) -> tuple[str, ...]:
     """Return the metrics of a trial that a page can compute."""
-    others = not_on_device(job)
-    return tuple(name for name in job.record.metrics if name not in others)
+    lacking = not_on_device(job)
+    return tuple(name for name in job.record.metrics if name not in lacking)

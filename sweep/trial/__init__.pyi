@@ -29,6 +29,7 @@ from .numba_errors import of_own_code as of_own_code
 from .on_device import MOST_ON_DEVICE as MOST_ON_DEVICE
 from .on_device import DeviceStart as DeviceStart
 from .on_device import DeviceTrials as DeviceTrials
+from .on_device import changes_only as changes_only
 from .on_device import device_start as device_start
 from .on_device import gpu as gpu
 from .on_device import not_on_device as not_on_device

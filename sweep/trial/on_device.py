@@ -14,7 +14,7 @@ import time
 from collections import defaultdict
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -239,14 +239,45 @@ def device_start(job: Job) -> DeviceStart:
     return DeviceStart(
         image_of(batch),
         tuple(first for _, first in places),
-        places[0][0],
-        taken.steps,
-        taken.values,
-        {
+        numbers=places[0][0],
+        steps=taken.steps,
+        values=taken.values,
+        rows={
             name: rows[first + k]
             for k, name in enumerate(flight.params._fields)
             if first + k in rows
         },
+    )
+
+
+def changes_only(job: Job, start: DeviceStart, parameter: str, value: float) -> bool:
+    """Return whether another value of a parameter changes one number of memory alone.
+
+    Parameters
+    ----------
+    job : Job
+    start : DeviceStart
+        The job before the first step.
+    parameter : str
+        Name in `start.rows`.
+    value : float
+        Another value of the parameter.
+    """
+    changed = replace(job, settings=job.settings | {parameter: value})
+    try:
+        after = device_start(changed).image
+    except Exception:  # such a trial cannot begin
+        return False
+    before = start.image
+    if before._replace(pieces=()) != after._replace(pieces=()):
+        return False
+    place = list(before.kernel.arrays).index("numbers")
+    numbers = np.frombuffer(before.content(place)).copy()
+    numbers[start.rows[parameter]] = value
+    return numbers.tobytes() == after.content(place) and all(
+        before.content(room.place) == after.content(room.place)
+        for room in before.rooms
+        if room.place != place
     )
 
 

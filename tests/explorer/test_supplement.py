@@ -13,6 +13,7 @@ import pytest
 
 import sweep.explorer.supplement as supplement
 from sweep.errors import ChoiceError, StoreError, UserError
+from sweep.explorer import supplement_starts
 from sweep.explorer.publishing import PaperTexts, publication, read_cff
 from sweep.explorer.supplement import SupplementChoice, planned
 from sweep.explorer.supplement_figure import form_of
@@ -344,3 +345,43 @@ def test_the_command_writes_the_file_once(folder: Path, tmp_path: Path) -> None:
     other = sweep(folder, "show", "small", "--to", str(tmp_path / "flocks.pdf"))
     assert 'unknown kind of file ".pdf"' in other.stderr
     assert np.array_equal([one.name for one in tmp_path.iterdir()], ["flocks.html"])
+
+
+@pytest.mark.parametrize(
+    ("metric", "words"),
+    [
+        ("flock_count", "flock_count is measured on processors only (point "),
+        ("size", "size is derived from further metrics (point "),
+    ],
+)
+def test_metrics_that_a_page_cannot_compute_are_refused(
+    tmp_path: Path, metric: str, words: str
+) -> None:
+    text = DERIVING.replace("metrics: [dispersion]", "metrics: [flock_count]")
+    study = launched(text.replace("dispersion", "flock_radius"), tmp_path)
+    with pytest.raises(ChoiceError) as raised:
+        plan_of(study, metric=metric, compute=True)
+    assert "leave out --compute" in str(raised.value)
+    assert words in str(raised.value)
+
+
+def test_a_page_computes_nothing_without_the_packages(
+    study: StoredStudy, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = supplement_starts.find_spec
+    monkeypatch.setattr(
+        supplement_starts,
+        "find_spec",
+        lambda name: None if name == "ziglang" else found(name),
+    )
+    with pytest.raises(ChoiceError) as raised:
+        plan_of(study, compute=True)
+    assert 'needs ziglang: pip install "boidsweep[wasm]"' in str(raised.value)
+
+
+def test_a_page_that_computes_too_many_trials_is_refused(
+    study: StoredStudy, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(supplement, "MOST_BYTES", 300_000)
+    with pytest.raises(ChoiceError, match="select fewer points with --where"):
+        page_of(study, compute=True, trials=("all",))

@@ -67,8 +67,8 @@ class Machine {
     this.top = about.pages * PAGE; // after the memory of the module itself
     this.scratch = this.take(16);
     this.rooms = start.rooms.map(([size, item]) => this.take(size * item));
-    this.integers = new BigInt64Array(bytesOf(start.integers).buffer);
-    this.floats = new Float64Array(bytesOf(start.floats).buffer);
+    this.integers = new BigInt64Array(bytesOf(start.wholes).buffer);
+    this.floats = new Float64Array(bytesOf(start.reals).buffer);
   }
 
   /** @param {number} bytes @returns {number} */

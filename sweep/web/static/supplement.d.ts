@@ -55,7 +55,6 @@ export interface ComputedModule {
   code: string;
   pages: number;
   metrics: string[];
-  every: number;
 }
 
 /** Contents of memory are compressed, and each is there once. */
@@ -69,8 +68,9 @@ export interface ComputedStart {
   module: number;
   rooms: [size: number, item: number][];
   pieces: [room: number, first: number, content: number][];
-  integers: string;
-  floats: string;
+  /** Integers and floats of the first call, of 64 bits each, in base64. */
+  wholes: string;
+  reals: string;
   bodies: [room: number, firsts: number[]];
   /** Metrics before the first step, and the stored ones of the last frame. */
   first: (number | null)[];
