@@ -14,7 +14,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple, get_args, get_type_hints
 
-from kernels.caching import OUR_PACKAGE
 from kernels.goals import goal_of
 from kernels.lanes.calls import calls, named_by, plain_of
 from kernels.lanes.syntax import tree_of
@@ -94,10 +93,11 @@ def remedy(model: Model, ability: str, call: str) -> str:
 
 
 def _tested(model: Model) -> Abilities | None:
-    """Return the whole declaration of a built-in model, None for further models."""
-    given = declared(model)
-    is_built_in = model.advance.__module__.partition(".")[0] == OUR_PACKAGE
-    return Abilities(**given) if is_built_in and None not in given.values() else None
+    """Return the declaration of a built-in model, None for further models."""
+    from kernels.models import MODELS  # imported late: models import this package
+
+    is_built_in = MODELS.get(model.name) is model
+    return Abilities(**declared(model)) if is_built_in else None
 
 
 def declared(model: Model) -> dict[str, Any]:

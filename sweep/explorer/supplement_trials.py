@@ -61,7 +61,7 @@ def places(
         If a role is unknown. Also if the role is worst or best, and the metric does not
         declare which values are better, such as a derived metric.
     """
-    ranks = {}
+    ranks: dict[str, float] = {}
     for role in dict.fromkeys(roles):
         if role not in ROLES:
             raise ChoiceError(unknown("choice of trials", role, ROLES))
