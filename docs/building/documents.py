@@ -67,6 +67,10 @@ def pages_of_documents() -> dict[str, str]:
             "CHANGELOG.md": "changes",
             "CONTRIBUTING.md": "contributing",
             "DEVELOPING.md": "developing",
+            "SUPPORT.md": "support",
+            "SECURITY.md": "security",
+            "CODE_OF_CONDUCT.md": "conduct",
+            "RELEASING.md": "releasing",
         }
     )
 

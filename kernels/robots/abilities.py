@@ -123,8 +123,10 @@ def in_source(model: Model) -> Abilities:
 
 def to_declare(model: Model) -> str:
     """Return the declarations that are missing in a `Model`, as text, or ""."""
-    source = in_source(model)._asdict()
     missing = [name for name, value in declared(model).items() if value is None]
+    if not missing:
+        return ""
+    source = in_source(model)._asdict()
     return ", ".join(f"{name}={source[name]!r}" for name in missing)
 
 

@@ -14,7 +14,7 @@ from docs.building import documents
 from docs.building.api import MODULES
 from docs.building.documents import COPIES, Documents, chapters, read
 from docs.building.models import PICTURES
-from docs.building.site import pages
+from docs.building.site import MADE, pages
 from kernels.metrics import METRICS
 from kernels.models import MODELS
 from kernels.starts import STARTS
@@ -25,6 +25,7 @@ from sweep.spec.settings import GROUPS
 
 LINK = re.compile(r"\]\((?![a-z]+:)(?P<page>[^)#\s]*)(?:#(?P<chapter>[^)\s]*))?\)")
 TOCTREE = re.compile(r"^```\{toctree\}\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+MADE_FIGURE = re.compile(rf"/{MADE}/(\S+)")
 HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
 
 
@@ -91,6 +92,19 @@ def test_links_lead_to_pages_headings_and_files(made: Made) -> None:
     assert len(found) > 100  # else the pattern has become one that finds none
     assert len(made.documents.copies) > 10
     assert all(path.is_file() for path in made.documents.copies.values())
+
+
+def test_no_document_is_copied_instead_of_being_a_page(made: Made) -> None:
+    copied = [name for name in made.documents.copies if name.endswith(".md")]
+    assert copied == []
+
+
+def test_figures_of_blocks_are_those_of_the_page(made: Made) -> None:
+    found = {page: MADE_FIGURE.findall(text) for page, text in made.pages.items()}
+    shown = {page: places for page, places in found.items() if places}
+    assert len(shown) > 4
+    for page, places in shown.items():
+        assert all(place.startswith(f"{page}/") for place in places), page
 
 
 @pytest.mark.parametrize(
