@@ -35,14 +35,15 @@ export class Charts {
     this.closer = new Closer(root, named);
     this.choice = new MetricsDialog(root, (names) => this.choose(names));
     this.rows = make("div", { className: "plots" });
-    const open = button("chart", "Choose metrics", () => this.open(), "choose", {
+    this.opener = button("chart", "Choose metrics", () => this.open(), "choose", {
       className: "quiet",
+      disabled: true, // until there is a state: a click would do nothing
     });
     const heading = make("h2", { textContent: "Metrics" });
     this.element = make(
       "section",
       { "aria-label": "metrics" },
-      make("div", { className: "row" }, heading, open),
+      make("div", { className: "row" }, heading, this.opener),
       this.rows,
     );
   }
@@ -67,6 +68,7 @@ export class Charts {
   /** @param {State} state */
   show(state) {
     this.state = state;
+    this.opener.disabled = false;
     this.choice.follow(state.plots);
     for (const [name, plot] of this.plots) {
       if (state.plots.includes(name)) plot.publish(state);
