@@ -25,7 +25,7 @@ from sweep.spec.settings import GROUPS
 
 LINK = re.compile(r"\]\((?![a-z]+:)(?P<page>[^)#\s]*)(?:#(?P<chapter>[^)\s]*))?\)")
 TOCTREE = re.compile(r"^```\{toctree\}\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-MADE_FIGURE = re.compile(rf"^```\{{figure\}} /{MADE}/(\\S+)", re.MULTILINE)
+MADE_FIGURE = re.compile(rf"^```\{{figure\}} /{MADE}/(\S+)", re.MULTILINE)
 HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
 
 
