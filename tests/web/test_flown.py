@@ -44,8 +44,8 @@ const {{ computation, metric, runs, size }} = {about};
 const computer = new Computer(computation);
 const all = [];
 for (const {{ start, every, changed }} of runs) {{
-  const values = new Map(changed ?? []);
-  const one = await computer.run(start, every, size, metric, values);
+  const order = {{ every, size, metric, changed: new Map(changed ?? []) }};
+  const one = await computer.run(start, order);
   const frames = Array.from(one.frames, (byte) => String.fromCharCode(byte));
   all.push({{ ...one, frames: btoa(frames.join("")) }});
 }}

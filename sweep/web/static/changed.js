@@ -73,7 +73,7 @@ export class Changes {
     slider.addEventListener("input", () => {
       const chosen = Number(slider.value);
       shown.textContent = short(chosen);
-      this.values.set(row, chosen);
+      this.values = new Map(this.values).set(row, chosen);
       this.reset.disabled = false;
       clearTimeout(this.waiting);
       this.waiting = setTimeout(() => this.act(this.values), WAITS);

@@ -43,6 +43,22 @@ function rounded(value) {
   return low % 2 ? low + 1 : low;
 }
 
+/**
+ * What is computed of a trial: frames so many steps apart of a world of this size, and a
+ * metric, with changed numbers.
+ *
+ * @typedef {object} Order
+ * @property {number} every
+ * @property {[number, number]} size
+ * @property {string} metric
+ * @property {Changed} [changed]
+ * @property {() => boolean} [wanted]
+ */
+
+/** @type {Changed} */
+const NOTHING = new Map();
+const always = () => true;
+
 const breath = () => new Promise((done) => setTimeout(done, 0));
 
 // A trial in the memory of its module.
@@ -242,16 +258,9 @@ export class Computer {
     this.contents = contents.map(unpacked);
   }
 
-  // Computes a trial, with a frame every `every` steps of a world of this size.
-  /**
-   * @param {ComputedStart} start
-   * @param {number} every
-   * @param {[number, number]} size
-   * @param {string} metric
-   * @param {Changed} changed
-   * @returns {Promise<Flown>}
-   */
-  async run(start, every, size, metric, changed = new Map()) {
+  // Computes a trial; null where nobody wants it any more.
+  /** @param {ComputedStart} start @param {Order} order @returns {Promise<Flown | null>} */
+  async run(start, { every, size, metric, changed = NOTHING, wanted = always }) {
     const about = this.modules[start.module];
     const module = await this.compiled[start.module];
     const machine = new Machine(module, about, start);
@@ -266,6 +275,7 @@ export class Computer {
       film.add(step, machine.bodies());
       if (performance.now() - seen > SLICE) {
         await breath();
+        if (!wanted()) return null;
         seen = performance.now();
       }
     }

@@ -167,15 +167,17 @@ class Supplement {
   // Computes the trial that is shown with other settings, or shows it as it is stored.
   /** @param {Changed} changed */
   async change(changed) {
-    const { changes, computer, data: { figure, scenes }, player, run } = this;
+    const { changes, computer, player, run } = this;
     if (!computer || !run?.start) return;
     const { words } = changes;
-    const { width, height } = scenes[run.scene];
-    const size = /** @type {[number, number]} */ ([width, height]);
-    const name = figure.metric.name;
-    const flown = await computer.run(run.start, run.every, size, name, changed);
-    // Another trial, or another value, was chosen meanwhile.
-    if (this.run !== run || changes.words !== words) return;
+    // Until another trial or another value is chosen.
+    const wanted = () => this.run === run && changes.values === changed;
+    const flown = await computer.run(run.start, {
+      ...this.order(run),
+      changed,
+      wanted,
+    });
+    if (!flown || !wanted()) return;
     const { frames, resting, steps, values } = flown;
     const senses = { ...run.senses, resting };
     player.play(
@@ -187,11 +189,10 @@ class Supplement {
   // Computes a run; its frames stay where they are to be shown.
   /** @param {SupplementRun} run @param {boolean} keep */
   async compute(run, keep) {
-    const { computer, data: { figure, scenes } } = this;
+    const { computer } = this;
     if (!computer || !run.start || run.steps.length) return;
-    const { width, height } = scenes[run.scene];
-    const size = /** @type {[number, number]} */ ([width, height]);
-    const flown = await computer.run(run.start, run.every, size, figure.metric.name);
+    const flown = await computer.run(run.start, this.order(run));
+    if (!flown || run.steps.length) return;
     run.same = flown.same;
     this.count();
     if (!keep) return;
@@ -199,6 +200,14 @@ class Supplement {
     this.kept += frames.length;
     Object.assign(run, { frames, steps, values });
     run.senses = { ...run.senses, resting };
+  }
+
+  /** @param {SupplementRun} run */
+  order(run) {
+    const { figure: { metric }, scenes } = this.data;
+    const { width, height } = scenes[run.scene];
+    const size = /** @type {[number, number]} */ ([width, height]);
+    return { every: run.every, size, metric: metric.name };
   }
 
   // Says how many of the trials this browser has verified, and has a button for all.
