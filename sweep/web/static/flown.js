@@ -44,8 +44,8 @@ function rounded(value) {
 }
 
 /**
- * What is computed of a trial: frames so many steps apart of a world of this size, and a
- * metric, with changed numbers.
+ * What is computed of a trial: frames so many steps apart of a world of this size, and
+ * a metric, with changed numbers.
  *
  * @typedef {object} Order
  * @property {number} every
@@ -259,7 +259,11 @@ export class Computer {
   }
 
   // Computes a trial; null where nobody wants it any more.
-  /** @param {ComputedStart} start @param {Order} order @returns {Promise<Flown | null>} */
+  /**
+   * @param {ComputedStart} start
+   * @param {Order} order
+   * @returns {Promise<Flown | null>}
+   */
   async run(start, { every, size, metric, changed = NOTHING, wanted = always }) {
     const about = this.modules[start.module];
     const module = await this.compiled[start.module];
