@@ -14,6 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple, get_args, get_type_hints
 
+from kernels.caching import OUR_PACKAGE
 from kernels.goals import goal_of
 from kernels.lanes.calls import calls, named_by, plain_of
 from kernels.lanes.syntax import tree_of
@@ -96,8 +97,9 @@ def _tested(model: Model) -> Abilities | None:
     """Return the declaration of a built-in model, None for further models."""
     from kernels.models import MODELS  # imported late: models import this package
 
-    is_built_in = MODELS.get(model.name) is model
-    return Abilities(**declared(model)) if is_built_in else None
+    is_ours = model.advance.__module__.partition(".")[0] == OUR_PACKAGE
+    is_changed = MODELS.get(model.name) is not model
+    return None if is_changed or not is_ours else Abilities(**declared(model))
 
 
 def declared(model: Model) -> dict[str, Any]:
