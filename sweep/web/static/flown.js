@@ -23,6 +23,7 @@ const [MARKS, STEPS_OF, VALUES, NUMBERS] = [5, 4, 3, 1];
 // What a compiled function returns without an error: with and without a value.
 const RETURNED = [0, -2];
 const SLICE = 30; // ms of computing between two looks at the reader
+const BOID_STEPS = 20000; // of a call, some 20 ms
 const SPAN = 65535;
 const TURN = 256;
 const HEAD = 32; // bytes of a frame before its boids
@@ -272,11 +273,13 @@ export class Computer {
     const film = new Film(start, size);
     film.add(0, machine.bodies());
     let seen = performance.now();
+    const portion = Math.max(1, Math.floor(BOID_STEPS / start.n));
     for (let step = 0; step < start.steps && machine.going;) {
-      const steps = Math.min(every, start.steps - step);
+      const frame = Math.min(start.steps, (Math.floor(step / every) + 1) * every);
+      const steps = Math.min(portion, frame - step);
       machine.advance(steps);
       step += steps;
-      film.add(step, machine.bodies());
+      if (step === frame || !machine.going) film.add(step, machine.bodies());
       if (performance.now() - seen > SLICE) {
         await breath();
         if (!wanted()) return null;
