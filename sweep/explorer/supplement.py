@@ -380,8 +380,8 @@ def _as_data(
     start = None
     if run.start:
         metrics = computed_metrics(order.job)
-        last = [_finite(order.stored.row[name]) for name in metrics]
-        start = computation.begun(order.job, run.start) | {"last": last}
+        last = [float(order.stored.row[name]) for name in metrics]
+        start = computation.begun(order.job, run.start, last)
     return {
         "every": order.every,
         "start": start,

@@ -11,14 +11,15 @@ import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
+from itertools import chain
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from sweep.design import Job
+from sweep.design import DEMANDS, Job
 from sweep.errors import ChoiceError
-from sweep.spec import RecordSpec, settings_of
+from sweep.spec import RecordSpec, parse, settings_of
 from sweep.text import installing
 from sweep.trial import (
     DeviceStart,
@@ -147,13 +148,18 @@ def computed_start(job: Job, ranges: Ranges = NO_RANGES) -> ComputedStart:
 def _changes(job: Job, begun: DeviceStart, ranges: Ranges) -> Iterator[dict[str, Any]]:
     """Yield the parameters that a page can change, with the ends of their values.
 
-    A parameter can change if the memory before the first step differs in nothing but
-    this number, for both ends. A range of perception, for example, also decides the
-    size of the cells of a search. `row` is the element of the array "numbers".
+    A parameter can change if no requirement of the model or a metric names it: a value
+    could violate the requirement, alone or with further changes. Also, the memory
+    before the first step must differ in nothing but this number, for both ends. A range
+    of perception, for example, also decides the size of the cells of a search. `row` is
+    the element of the array "numbers".
     """
     known = settings_of(job.model, job.known)
     bare = _measured_only(job)
+    demanded = _demanded(job)
     for name, row in begun.rows.items():
+        if name in demanded:
+            continue
         setting = known[name]
         value = float(job.settings[name])
         ends = ranges.get(name, (value / FACTOR, value * FACTOR))
@@ -174,6 +180,17 @@ def _changes(job: Job, begun: DeviceStart, ranges: Ranges) -> Iterator[dict[str,
                 }
 
 
+def _demanded(job: Job) -> frozenset[str]:
+    """Return the parameters that requirements of a trial name."""
+    known = settings_of(job.model, job.known)
+    model = job.known.models[job.model]
+    measured = [job.known.metrics[name].demands for name in job.record.metrics]
+    demands = chain(DEMANDS, model.demands, model.potential_demands, *measured)
+    return frozenset[str]().union(
+        *(parse(demand.condition, known).names for demand in demands)
+    )
+
+
 class Computation:
     """The part of a page that computes trials: modules, and contents of memory.
 
@@ -184,7 +201,9 @@ class Computation:
         self._modules: dict[str, dict[str, Any]] = {}
         self._contents: dict[bytes, int] = {}
 
-    def begun(self, job: Job, start: ComputedStart) -> dict[str, Any]:
+    def begun(
+        self, job: Job, start: ComputedStart, last: Sequence[float]
+    ) -> dict[str, Any]:
         """Return the start of a trial, ready for JSON; its module is compiled.
 
         Parameters
@@ -192,6 +211,8 @@ class Computation:
         job : Job
         start : ComputedStart
             Result of `computed_start`.
+        last : sequence of float
+            Stored values of the metrics `computed_metrics` at the last frame.
         """
         if start.kernel not in self._modules:
             module = wasm_module(_measured_only(job))
@@ -211,6 +232,7 @@ class Computation:
             "reals": _text(start.reals),
             "bodies": start.bodies,
             "first": start.first,
+            "last": _text(np.array(last, np.float64).tobytes()),
             "faces": start.faces,
             "changes": start.changes,
             "n": int(job.settings["n"]),

@@ -25,6 +25,7 @@ from sweep.trial.simulation import run
 from sweep.web import STATIC
 from sweep.web.encoding import HEAD, SPAN
 from tests.builders import exact_jobs
+from tests.builders import job as a_job
 from tests.explorer.supplements import FLOWN, content_of, page_of
 from tests.studies import launched
 from tests.trial import test_all_layers
@@ -99,8 +100,10 @@ def test_a_page_computes_all_trials_with_their_bits(
 
 def test_another_result_is_noticed(study: StoredStudy, tmp_path: Path) -> None:
     content = content_of(page_of(study, compute=True, metric="speed"))
-    last = content["runs"][1]["start"]["last"]
-    last[0] = float(np.nextafter(last[0], 1.0))
+    start = content["runs"][1]["start"]
+    last = np.frombuffer(base64.b64decode(start["last"])).copy()
+    last[0] = np.nextafter(last[0], 1.0)
+    start["last"] = base64.b64encode(last.tobytes()).decode()
     about = content | {"metric": "speed", "size": [600.0, 400.0]}
     assert [one["same"] for one in flown(about, tmp_path)] == [True, False, True]
 
@@ -126,6 +129,13 @@ def test_changed_settings_have_the_bits_of_a_trial_with_them(
     assert not changed["same"]
 
 
+def test_what_a_requirement_names_has_no_slider() -> None:
+    """A launch refuses a path_step of more than half of look_ahead."""
+    names = {one["name"] for one in computed_start(a_job("rustamani2024")).changes}
+    assert "alignment_weight" in names
+    assert not {"look_ahead", "path_step"} & names
+
+
 def of_jobs(jobs: Sequence[Job]) -> dict[str, Any]:
     """The content of a page that computes jobs, with the results of this processor."""
     computation = Computation()
@@ -133,8 +143,7 @@ def of_jobs(jobs: Sequence[Job]) -> dict[str, Any]:
     for job in jobs:
         names = computed_metrics(job)
         numbers = [run(job).last[name] for name in names]
-        last = [number if np.isfinite(number) else None for number in numbers]
-        start = computation.begun(job, computed_start(job)) | {"last": last}
+        start = computation.begun(job, computed_start(job), numbers)
         runs.append({"start": start, "every": 4})
     first = computed_metrics(jobs[0])[0]
     return {

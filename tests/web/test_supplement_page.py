@@ -279,7 +279,7 @@ def test_a_page_computes_and_verifies_its_trials(
         "Verified in this browser, bit for bit: 1 of 12 trials."
     )
     card = page.get_by_label("replay")
-    expect(card).to_contain_text("equal the stored ones, bit for bit")
+    expect(card).to_contain_text("stored values at the last frame, bit for bit: speed")
     assert found(page) == []
     page.get_by_role("button", name="Verify all trials").click()
     expect(counted).to_contain_text("12 of 12 trials", timeout=1000 * PATIENCE)
@@ -305,7 +305,7 @@ def test_a_reader_changes_settings_of_a_trial(
     assert wide <= 390
     page.get_by_role("button", name="As stored").click()
     expect(card).to_contain_text(
-        "equal the stored ones, bit for bit", timeout=1000 * PATIENCE
+        "stored values at the last frame, bit for bit: speed", timeout=1000 * PATIENCE
     )
 
 

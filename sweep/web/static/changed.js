@@ -62,17 +62,20 @@ export class Changes {
   row({ name, text, unit, value, low, high, row }) {
     const words = name.replaceAll("_", " ");
     const shown = make("output", { textContent: short(value) });
+    // In hundredths of the range: a step of a float could miss the upper end.
     const slider = make("input", {
       type: "range",
-      min: String(low),
-      max: String(high),
-      step: String((high - low) / STEPS),
+      min: "0",
+      max: String(STEPS),
       title: text,
     });
-    slider.value = String(value);
+    slider.value = String(Math.round((STEPS * (value - low)) / (high - low)));
+    slider.setAttribute("aria-valuetext", short(value));
     slider.addEventListener("input", () => {
-      const chosen = Number(slider.value);
+      const part = Number(slider.value) / STEPS;
+      const chosen = part === 1 ? high : low + part * (high - low);
       shown.textContent = short(chosen);
+      slider.setAttribute("aria-valuetext", short(chosen));
       this.values = new Map(this.values).set(row, chosen);
       this.reset.disabled = false;
       clearTimeout(this.waiting);

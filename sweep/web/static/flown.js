@@ -293,8 +293,9 @@ export class Computer {
   result(machine, film, shown) {
     const { start, measured } = machine;
     const values = machine.floatsOf(VALUES);
-    const room = values.length / start.last.length;
-    const last = start.last.map((_, k) => values[k * room + measured - 1]);
+    const stored = new Float64Array(bytesOf(start.last).buffer);
+    const room = values.length / stored.length;
+    const last = stored.map((_, k) => values[k * room + measured - 1]);
     /** @type {Map<number, number | null>} */
     const at = new Map([[0, start.first[shown]]]);
     const steps = machine.integersOf(STEPS_OF);
@@ -307,10 +308,8 @@ export class Computer {
       values: film.steps.map((step) => at.get(step) ?? null),
       frames: film.bytes,
       resting: film.rest,
-      same: machine.going && last.every((value, k) => {
-        const stored = start.last[k];
-        return stored === null ? !Number.isFinite(value) : Object.is(value, stored);
-      }),
+      // Object.is tells -0 from 0, and every NaN is the same.
+      same: machine.going && last.every((value, k) => Object.is(value, stored[k])),
     };
   }
 }

@@ -72,9 +72,10 @@ export interface ComputedStart {
   wholes: string;
   reals: string;
   bodies: [room: number, firsts: number[]];
-  /** Metrics before the first step, and the stored ones of the last frame. */
+  /** Metrics before the first step. */
   first: (number | null)[];
-  last: (number | null)[];
+  /** The stored metrics of the last frame: floats of 64 bits, in base64. */
+  last: string;
   faces: boolean;
   changes: ComputedChange[];
   n: number;

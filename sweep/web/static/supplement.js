@@ -23,10 +23,12 @@ import { estimated, Plotted } from "./plotted.js";
 const VERIFIED =
   "Run again for this page: every number equals the stored one, bit for" +
   " bit.";
-const COMPUTED = "Computed in this browser: the metrics of the last frame equal the" +
-  " stored ones, bit for bit.";
-const DIFFERS = "Computed in this browser: the metrics of the last frame differ from" +
-  " the stored ones.";
+const COMPUTED = "Computed in this browser. Equal to the stored values at the last" +
+  " frame, bit for bit: ";
+const DIFFERS =
+  "Computed in this browser. Different from the stored values at the last" +
+  " frame: some of ";
+const CANNOT = "This browser cannot compute a trial:";
 const MOST_FRAMES = 64 * 2 ** 20; // bytes of computed frames that the page keeps
 // In the address, after its #.
 const TRIAL = "trial";
@@ -158,7 +160,7 @@ class Supplement {
       await this.compute(run, true);
     } catch (error) {
       if (this.runOf(this.place) !== run) return;
-      this.lacking.textContent = `This browser cannot compute the trial: ${error}`;
+      this.lacking.textContent = `${CANNOT} ${error}`;
       return;
     }
     if (this.runOf(this.place) === run) this.choose(this.place, clicked);
@@ -172,10 +174,10 @@ class Supplement {
     const { words } = changes;
     // Until another trial or another value is chosen.
     const wanted = () => this.run === run && changes.values === changed;
-    const flown = await computer.run(run.start, {
-      ...this.order(run),
-      changed,
-      wanted,
+    const order = { ...this.order(run), changed, wanted };
+    const flown = await computer.run(run.start, order).catch((error) => {
+      this.fail(error);
+      return null;
     });
     if (!flown || !wanted()) return;
     const { frames, resting, steps, values } = flown;
@@ -235,20 +237,43 @@ class Supplement {
     if (this.verifier) this.verifier.hidden = done.length === runs.length;
   }
 
+  // The metrics that the page computes, in words.
+  /** @param {SupplementRun} run */
+  compared({ start }) {
+    const module = start && this.data.computation.modules[start.module];
+    return module?.metrics.map((name) => name.replaceAll("_", " ")).join(", ") ?? "";
+  }
+
   // Computes all trials, those that cells show first.
   async verify() {
-    const { data: { points, runs }, verifier } = this;
+    const { data: { runs }, verifier } = this;
     if (!verifier || verifier.disabled) return;
     verifier.disabled = true;
-    for (const place of points.keys()) {
+    try {
+      await this.computeShown();
+      this.living?.settle();
+      for (const run of runs) {
+        if (run.same === undefined) await this.compute(run, false);
+      }
+      // Another trial of the cells may have been picked meanwhile.
+      await this.computeShown();
+    } catch (error) {
+      this.fail(error);
+    }
+    verifier.disabled = false;
+    this.living?.settle();
+  }
+
+  async computeShown() {
+    for (const place of this.data.points.keys()) {
       const run = this.runOf(place);
       if (run) await this.compute(run, this.kept < MOST_FRAMES);
     }
-    this.living?.settle();
-    for (const run of runs) {
-      if (run.same === undefined) await this.compute(run, false);
-    }
-    verifier.disabled = false;
+  }
+
+  /** @param {unknown} error */
+  fail(error) {
+    if (this.verified) this.verified.textContent = `${CANNOT} ${error}`;
   }
 
   /** @param {number} place */
@@ -349,7 +374,7 @@ class Supplement {
     const which = `${points[this.place].words}, ${among}`;
     const recorded = every > 1 ? `A frame is kept every ${every} steps.` : "";
     const { altered, same = true } = run;
-    const equal = same ? COMPUTED : DIFFERS;
+    const equal = `${same ? COMPUTED : DIFFERS}${this.compared(run)}.`;
     const other = `Computed in this browser with ${altered}: not a stored trial.`;
     const computed = altered ? other : equal;
     return {
