@@ -5,7 +5,9 @@ from the publication, and all parameters with the values of each preset.
 import inspect
 import sys
 from collections.abc import Iterator, Mapping
+from contextlib import ExitStack
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from docs.building.documents import ROOT
@@ -59,20 +61,21 @@ def draw_models(sources: Path) -> None:
 
 def write_computed(sources: Path) -> None:
     """Write the page of each model that computes trials, below the sources."""
-    engine = Loky(core_count())
-    for name, model in MODELS.items():
-        study = _computed(name, model)
-        results = sources / PICTURES / "results"
-        launch(study, results, engine)
-        stored = StoredStudy(name, results)
-        job = Jobs(study, expand(study))[0]
-        choice = SupplementChoice(
-            metric=computed_metrics(job)[0], trials=("all",), compute=True
-        )
-        texts = PaperTexts(title=f"The model {name}")
-        page = planned(stored, choice, texts).content(engine, _unreported)
-        (sources / PICTURES / f"{name}.html").write_bytes(page)
-    engine.stop()
+    with ExitStack() as stack:
+        results = Path(stack.enter_context(TemporaryDirectory()))
+        engine = Loky(core_count())
+        stack.callback(engine.stop)
+        for name, model in MODELS.items():
+            study = _computed(name, model)
+            launch(study, results, engine)
+            stored = StoredStudy(name, results)
+            job = Jobs(study, expand(study))[0]
+            choice = SupplementChoice(
+                metric=computed_metrics(job)[0], trials=("all",), compute=True
+            )
+            texts = PaperTexts(title=f"The model {name}")
+            page = planned(stored, choice, texts).content(engine, _unreported)
+            (sources / PICTURES / f"{name}.html").write_bytes(page)
 
 
 def _computed(name: str, model: Model) -> Study:

@@ -191,7 +191,7 @@ class Batch:
     def bytes(self) -> int:
         """Bytes of memory of a device that the trials need."""
         tables = sum(
-            kind.itemsize * self._size(name)
+            kind.itemsize * self.size(name)
             for name, kind in self.kernel.arrays.items()
             if name not in self.layout.sizes
         )
@@ -211,12 +211,12 @@ class Batch:
             return 0
         return self._left // self.flights[0].record.every + 2
 
-    def _size(self, name: str) -> int:
-        """Return the number of elements of an array of the kernel."""
+    def size(self, name: str) -> int:
+        """Return the number of elements of an array of the kernel, at least 1."""
         layout = self.layout
         count = layout.count
         if name.startswith(SENT) and (kind := name.removeprefix(SENT)) in layout.sizes:
-            return layout.rows.get(kind, 0) * count
+            return max(1, layout.rows.get(kind, 0) * count)
         sizes = layout.sizes | {
             SENT_MAPS: self._n_maps * self._n_pixels,
             "marks": N_MARKS * count,
@@ -225,7 +225,51 @@ class Batch:
             "facts": layout.facts.size,
             "numbers": layout.numbers.size,
         }
-        return int(sizes[name])
+        return max(1, int(sizes[name]))
+
+    def numbers(self, task: int, steps: int = 0) -> tuple[float, ...]:
+        """Return the numbers of a call.
+
+        Parameters
+        ----------
+        task : int
+            TAKE, ENTER or LEAVE.
+        steps : int, default 0
+            Number of steps to take.
+        """
+        layout = self.layout
+        lengths = layout.count, self._n_maps, self._n_pixels, self._most_frames
+        common = *layout.common_integers, *layout.common_floats
+        return task, steps, *lengths, *common
+
+    def contents(self) -> Iterator[tuple[str, int, NDArray[Any]]]:
+        """Yield what a device must have before the call with the task ENTER.
+
+        Yields
+        ------
+        name : str
+            Array of the kernel.
+        first : int
+            Index of the first element.
+        array : array
+        """
+        layout = self.layout
+        for kind, array in layout.sent(self._trees).items():
+            yield SENT + kind, 0, array
+        for kind, first, array in layout.apart():
+            yield kind, first, np.ascontiguousarray(array)
+        yield "facts", 0, layout.facts
+        yield "numbers", 0, layout.numbers
+        yield "marks", 0, np.zeros((N_MARKS, layout.count), np.int64)
+        yield SENT_MAPS, 0, self._visits()
+
+    def _visits(self) -> NDArray[Any]:
+        """Return the maps to send, with the lowest number in pixels of obstacles."""
+        kind = self.kernel.maps
+        flights = self.flights[: self._n_maps]
+        least = np.iinfo(kind).min
+        maps = np.stack([flight.record.coverage.visits for flight in flights])
+        return np.where(maps < 0, least, maps).astype(kind)
 
     @property
     def _n_pixels(self) -> int:
@@ -276,7 +320,7 @@ class _Aboard:
         self.program = device.load(batch.kernel)
         self.rooms = dict[str, Any]()
         for name, kind in batch.kernel.arrays.items():
-            room = device.take(max(1, batch._size(name)), kind)
+            room = device.take(batch.size(name), kind)
             stack.callback(device.give_back, room)
             self.rooms[name] = room
 
@@ -301,36 +345,14 @@ class _Aboard:
             yield self._measured()
 
     def _call(self, task: int, steps: int = 0) -> None:
-        batch = self.batch
-        layout = self.layout
-        count = layout.count
-        lengths = count, batch._n_maps, batch._n_pixels, batch._most_frames
+        numbers = self.batch.numbers(task, steps)
         rooms = list(self.rooms.values())
-        common = *layout.common_integers, *layout.common_floats
-        numbers = task, steps, *lengths, *common
-        self.device.call(self.program, numbers, rooms, count)
+        self.device.call(self.program, numbers, rooms, self.layout.count)
 
     def _enter(self) -> None:
-        layout = self.layout
-        device = self.device
-        for numbers, array in layout.sent(self.batch._trees).items():
-            device.send(array, self.rooms[SENT + numbers])
-        for numbers, first, array in layout.apart():
-            device.send(np.ascontiguousarray(array), self.rooms[numbers], first)
-        device.send(layout.facts, self.rooms["facts"])
-        device.send(layout.numbers, self.rooms["numbers"])
-        device.send(np.zeros((N_MARKS, layout.count), np.int64), self.rooms["marks"])
-        device.send(self._maps(), self.rooms[SENT_MAPS])
+        for name, first, array in self.batch.contents():
+            self.device.send(array, self.rooms[name], first)
         self._call(ENTER)
-
-    def _maps(self) -> NDArray[Any]:
-        """Return the maps to send, with the lowest number in pixels of obstacles."""
-        batch = self.batch
-        numbers = batch.kernel.maps
-        flights = batch.flights[: batch._n_maps]
-        least = np.iinfo(numbers).min
-        maps = np.stack([flight.record.coverage.visits for flight in flights])
-        return np.where(maps < 0, least, maps).astype(numbers)
 
     def _bring_marks(self) -> NDArray[np.int64]:
         marks = np.empty((N_MARKS, self.layout.count), np.int64)

@@ -35,6 +35,8 @@ BEST = 9
 """Level of compression with the smallest result."""
 FACTOR = 2.0
 """Largest factor by which a reader may change a parameter that does not vary."""
+TABLES = "marks", "steps_of", "values", "numbers"
+"""Arrays of a kernel that the script of a page reads or writes by name."""
 Ranges = Mapping[str, tuple[float, float]]
 NO_RANGES: Ranges = MappingProxyType({})
 
@@ -46,6 +48,8 @@ class ComputedStart(NamedTuple):
     ----------
     kernel : str
         Key of the kernel.
+    tables : dict
+        Index of each of TABLES among the arrays of the memory.
     rooms : list of (int, int)
         Number of elements, and bytes of an element, of each array of the memory.
     pieces : list of (int, int, bytes)
@@ -63,6 +67,7 @@ class ComputedStart(NamedTuple):
     """
 
     kernel: str
+    tables: dict[str, int]
     rooms: list[tuple[int, int]]
     pieces: list[tuple[int, int, bytes]]
     wholes: bytes
@@ -105,10 +110,13 @@ def check_computed(jobs: Sequence[Job], metric: str, study: str) -> None:
 
 
 def _refusal(job: Job, metric: str) -> str:
-    if metric not in job.record.metrics:
-        return f"{metric} is derived from further metrics"
-    if metric in not_on_device(job):
-        return f"{metric} is measured on processors only"
+    computed = computed_metrics(job)
+    if metric not in computed:
+        derived = metric not in job.record.metrics
+        why = (
+            "derived from further metrics" if derived else "measured on processors only"
+        )
+        return f"{metric} is {why}; allowed: {', '.join(computed) or 'no metric'}"
     return refusal_of_wasm(_measured_only(job))
 
 
@@ -128,10 +136,11 @@ def computed_start(job: Job, ranges: Ranges = NO_RANGES) -> ComputedStart:
     last_integer = len(image.numbers) - n_floats
     return ComputedStart(
         kernel=image.kernel.key(),
-        rooms=[(room.size, room.itemsize) for room in image.rooms],
+        tables={name: names.index(name) for name in TABLES},
+        rooms=[*image.rooms],
         pieces=[
-            (piece.room.place, piece.first, zlib.compress(piece.content, BEST))
-            for piece in image.pieces
+            (place, first, zlib.compress(content, BEST))
+            for place, first, content in image.pieces
         ],
         wholes=np.array(image.numbers[:last_integer], np.int64).tobytes(),
         reals=np.array(image.numbers[last_integer:], np.float64).tobytes(),
@@ -198,7 +207,7 @@ class Computation:
     """
 
     def __init__(self) -> None:
-        self._modules: dict[str, dict[str, Any]] = {}
+        self._modules: dict[tuple[str, tuple[str, ...]], dict[str, Any]] = {}
         self._contents: dict[bytes, int] = {}
 
     def begun(
@@ -214,15 +223,18 @@ class Computation:
         last : sequence of float
             Stored values of the metrics `computed_metrics` at the last frame.
         """
-        if start.kernel not in self._modules:
+        metrics = computed_metrics(job)
+        key = start.kernel, metrics
+        if key not in self._modules:
             module = wasm_module(_measured_only(job))
-            self._modules[start.kernel] = {
+            self._modules[key] = {
                 "code": _text(zlib.compress(module.code, BEST)),
                 "pages": module.pages,
-                "metrics": computed_metrics(job),
+                "tables": start.tables,
+                "metrics": metrics,
             }
         return {
-            "module": list(self._modules).index(start.kernel),
+            "module": list(self._modules).index(key),
             "rooms": start.rooms,
             "pieces": [
                 (room, first, self._place(content))

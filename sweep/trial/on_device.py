@@ -32,7 +32,7 @@ from kernels.device.batch import (
     NoRoomError,
     form,
 )
-from kernels.device.image import Image, image_of
+from kernels.device.image import MemoryImage, image_of
 from kernels.device.kernel import ASTRAY, LOST, Kernel
 from kernels.device.layout import leaves_of
 from kernels.flight import Calls, calls_of, check_calls
@@ -202,7 +202,7 @@ class DeviceStart(NamedTuple):
 
     Attributes
     ----------
-    image : Image
+    image : MemoryImage
         Memory of the device.
     bodies : tuple of int
         First elements of x, y, vx and vy in the array `numbers` of the memory.
@@ -216,7 +216,7 @@ class DeviceStart(NamedTuple):
         Elements of the array "numbers" of the memory, by the parameter of the model.
     """
 
-    image: Image
+    image: MemoryImage
     bodies: tuple[int, ...]
     numbers: str
     steps: NDArray[np.int64]
@@ -275,9 +275,9 @@ def changes_only(job: Job, start: DeviceStart, parameter: str, value: float) -> 
     numbers = np.frombuffer(before.content(place)).copy()
     numbers[start.rows[parameter]] = value
     return numbers.tobytes() == after.content(place) and all(
-        before.content(room.place) == after.content(room.place)
-        for room in before.rooms
-        if room.place != place
+        before.content(k) == after.content(k)
+        for k in range(len(before.rooms))
+        if k != place
     )
 
 

@@ -350,8 +350,8 @@ def test_the_command_writes_the_file_once(folder: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("metric", "words"),
     [
-        ("flock_count", "flock_count is measured on processors only (point "),
-        ("size", "size is derived from further metrics (point "),
+        ("flock_count", "flock_count is measured on processors only; allowed: speed, "),
+        ("size", "size is derived from further metrics; allowed: speed, "),
     ],
 )
 def test_metrics_that_a_page_cannot_compute_are_refused(

@@ -42,7 +42,6 @@ MAY_IMPORT_TOO = {
     "kernels/registry.py": REGISTRY_MAY_IMPORT,
     "kernels/device/assembly.py": {"cuda", "re"},
     "kernels/device/batch.py": {"contextlib"},
-    "kernels/device/image.py": {"contextlib"},
     "kernels/device/gpu.py": {"ctypes", "cuda"},
     "kernels/device/kernel.py": {"textwrap"},
     "kernels/device/ptx.py": {"contextlib", "importlib", "re"},

@@ -1,8 +1,11 @@
-// Unpacks frames of the server, and gives each flock a colour for as long as it lives.
+// Packs and unpacks frames, and gives each flock a colour for as long as it lives.
 
 /** @import { Bytes } from "./protocol.d.ts" */
 
 const MAGIC = 0x31465342; // "BSF1"
+const HEAD = 32; // bytes before the boids
+const SPAN = 65535; // the largest number of a position
+const TURN = 256; // numbers of headings
 const FLOCKS = 1;
 const ACCELERATIONS = 2;
 const COVERAGE = 4;
@@ -40,7 +43,7 @@ export function decode(data) {
   if (view.getUint32(0, true) !== MAGIC) throw new Error("not a frame");
   const [flags, step, n] = [4, 8, 12].map((at) => view.getUint32(at, true));
   const box = [16, 20, 24, 28].map((at) => view.getFloat32(at, true));
-  let at = 32;
+  let at = HEAD;
   /**
    * @template {Uint8Array | Uint16Array | Uint32Array | Float32Array} T
    * @param {new (buffer: ArrayBuffer, at: number, count: number) => T} type
@@ -80,12 +83,60 @@ export function decode(data) {
   return frame;
 }
 
+// Halves go to the even neighbour, as in NumPy.
+/** @param {number} value */
+function rounded(value) {
+  const low = Math.floor(value);
+  const part = value - low;
+  if (part !== 0.5) return part < 0.5 ? low : low + 1;
+  return low % 2 ? low + 1 : low;
+}
+
+/** @param {number} value @param {number} low @param {number} high */
+function place(value, low, high) {
+  const part = (value - low) * (SPAN / (high - low));
+  return rounded(Math.min(SPAN, Math.max(0, part)));
+}
+
+// The ends of positions: at least the world, at most one world on each side of it.
+/** @param {Float64Array} values @param {number} length */
+function ends(values, length) {
+  const least = values.reduce((a, b) => Math.min(a, b), 0);
+  const most = values.reduce((a, b) => Math.max(a, b), length);
+  const low = Math.max(-length, least);
+  const high = Math.min(2 * length, most);
+  return [Math.fround(low), Math.fround(high)];
+}
+
+// The frame of a step, as the server packs it: `size` is that of the world, `angles`
+// are headings in radians.
+/**
+ * @param {number} step
+ * @param {[number, number]} size
+ * @param {Record<"x" | "y" | "angles", Float64Array>} boids
+ */
+export function encode(step, size, { x, y, angles }) {
+  const n = x.length;
+  const frame = new Uint8Array(padded(HEAD + 5 * n));
+  const view = new DataView(frame.buffer);
+  const [left, right] = ends(x, size[0]);
+  const [low, high] = ends(y, size[1]);
+  [MAGIC, 0, step, n].forEach((value, k) => view.setUint32(4 * k, value, true));
+  [left, low, right, high].forEach((end, k) => view.setFloat32(16 + 4 * k, end, true));
+  for (let i = 0; i < n; i++) {
+    view.setUint16(HEAD + 2 * i, place(x[i], left, right), true);
+    view.setUint16(HEAD + 2 * (n + i), place(y[i], low, high), true);
+    frame[HEAD + 4 * n + i] = rounded(angles[i] * (TURN / (2 * Math.PI))) & 255;
+  }
+  return frame;
+}
+
 /** @param {Frame} frame @param {number} i */
 export const placeX = (frame, i) =>
-  frame.box[0] + (frame.x[i] / 65535) * (frame.box[2] - frame.box[0]);
+  frame.box[0] + (frame.x[i] / SPAN) * (frame.box[2] - frame.box[0]);
 /** @param {Frame} frame @param {number} i */
 export const placeY = (frame, i) =>
-  frame.box[1] + (frame.y[i] / 65535) * (frame.box[3] - frame.box[1]);
+  frame.box[1] + (frame.y[i] / SPAN) * (frame.box[3] - frame.box[1]);
 
 // A flock gets the colour that most of its boids had before. Larger flocks choose
 // first. A boid that is alone has no colour (-1).

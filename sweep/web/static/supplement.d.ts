@@ -50,10 +50,19 @@ export interface SupplementRun {
   altered?: string;
 }
 
+/** Places of arrays among those of a kernel. */
+export interface ComputedTables {
+  marks: number;
+  steps_of: number;
+  values: number;
+  numbers: number;
+}
+
 /** The WebAssembly of a kernel, compressed; `pages` is its least memory. */
 export interface ComputedModule {
   code: string;
   pages: number;
+  tables: ComputedTables;
   metrics: string[];
 }
 
@@ -94,7 +103,7 @@ export interface ComputedChange {
 }
 
 /** A trial that the page has computed; `same` says that its metrics are the stored. */
-export interface Flown {
+export interface ComputedRun {
   steps: number[];
   values: (number | null)[];
   frames: Uint8Array<ArrayBuffer>;

@@ -5,7 +5,7 @@
 import { Changes } from "./changed.js";
 import { button, make, short, unitText } from "./dom.js";
 import { download } from "./files.js";
-import { Computer } from "./flown.js";
+import { Computer } from "./computed.js";
 import { LivingCells } from "./living.js";
 import { Player } from "./player.js";
 import { estimated, Plotted } from "./plotted.js";
@@ -175,12 +175,12 @@ class Supplement {
     // Until another trial or another value is chosen.
     const wanted = () => this.run === run && changes.values === changed;
     const order = { ...this.order(run), changed, wanted };
-    const flown = await computer.run(run.start, order).catch((error) => {
+    const computed = await computer.run(run.start, order).catch((error) => {
       this.fail(error);
       return null;
     });
-    if (!flown || !wanted()) return;
-    const { frames, resting, steps, values } = flown;
+    if (!computed || !wanted()) return;
+    const { frames, resting, steps, values } = computed;
     const senses = { ...run.senses, resting };
     player.play(
       this.recording({ ...run, altered: words, frames, senses, steps, values }),
@@ -193,12 +193,12 @@ class Supplement {
   async compute(run, keep) {
     const { computer } = this;
     if (!computer || !run.start || run.steps.length) return;
-    const flown = await computer.run(run.start, this.order(run));
-    if (!flown || run.steps.length) return;
-    run.same = flown.same;
+    const computed = await computer.run(run.start, this.order(run));
+    if (!computed || run.steps.length) return;
+    run.same = computed.same;
     this.count();
     if (!keep) return;
-    const { frames, resting, steps, values } = flown;
+    const { frames, resting, steps, values } = computed;
     this.kept += frames.length;
     Object.assign(run, { frames, steps, values });
     run.senses = { ...run.senses, resting };

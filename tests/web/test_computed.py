@@ -32,7 +32,7 @@ from tests.trial import test_all_layers
 from tests.web.scripts import printed
 
 
-def flown(content: dict[str, Any], folder: Path) -> list[dict[str, Any]]:
+def computed_runs(content: dict[str, Any], folder: Path) -> list[dict[str, Any]]:
     """What the page computes of its runs; frames are in base64."""
     about = json.dumps(
         {name: content[name] for name in ("computation", "runs", "metric", "size")}
@@ -40,7 +40,7 @@ def flown(content: dict[str, Any], folder: Path) -> list[dict[str, Any]]:
     return list(
         printed(
             f"""
-import {{ Computer }} from "{(STATIC / "flown.js").as_uri()}";
+import {{ Computer }} from "{(STATIC / "computed.js").as_uri()}";
 const {{ computation, metric, runs, size }} = {about};
 const computer = new Computer(computation);
 const all = [];
@@ -59,7 +59,7 @@ console.log(JSON.stringify(all));
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory: pytest.TempPathFactory) -> StoredStudy:
-    return launched(FLOWN, tmp_path_factory.mktemp("flown"))
+    return launched(FLOWN, tmp_path_factory.mktemp("computed"))
 
 
 def frames_of(bytes_: str, count: int) -> NDArray[np.uint8]:
@@ -74,7 +74,7 @@ def test_a_page_computes_all_trials_with_their_bits(
     assert all(run["frames"] == "" for run in content["runs"])
     size = [float(content["scenes"][0][side]) for side in ("width", "height")]
     about = content | {"metric": "speed", "size": size}
-    computed = flown(about, tmp_path)
+    computed = computed_runs(about, tmp_path)
     assert [one["same"] for one in computed] == [True] * 12
     recorded = content_of(page_of(study, trials=("all",), metric="speed"))["runs"]
     for one, other in zip(computed, recorded, strict=True):
@@ -105,7 +105,11 @@ def test_another_result_is_noticed(study: StoredStudy, tmp_path: Path) -> None:
     last[0] = np.nextafter(last[0], 1.0)
     start["last"] = base64.b64encode(last.tobytes()).decode()
     about = content | {"metric": "speed", "size": [600.0, 400.0]}
-    assert [one["same"] for one in flown(about, tmp_path)] == [True, False, True]
+    assert [one["same"] for one in computed_runs(about, tmp_path)] == [
+        True,
+        False,
+        True,
+    ]
 
 
 def test_changed_settings_have_the_bits_of_a_trial_with_them(
@@ -123,7 +127,7 @@ def test_changed_settings_have_the_bits_of_a_trial_with_them(
     chosen = {"separation_weight": 1.3, "max_force": 0.31}
     run_["changed"] = [(changes[name]["row"], value) for name, value in chosen.items()]
     about = content | {"metric": "speed", "size": [600.0, 400.0]}
-    changed = flown(about | {"runs": [run_]}, tmp_path)[0]
+    changed = computed_runs(about | {"runs": [run_]}, tmp_path)[0]
     alone = run(replace(job, settings=job.settings | chosen))
     assert changed["values"][-1] == alone.last["speed"] != run_["stored"]
     assert not changed["same"]
@@ -160,5 +164,5 @@ def test_every_model_has_its_bits_in_a_page(model: str, tmp_path: Path) -> None:
     """Presets, updates, borders and maps; then every layer."""
     base = test_all_layers.a_job(model)
     for jobs in (list(exact_jobs(model)), [base]):
-        computed = flown(of_jobs(jobs), tmp_path)
+        computed = computed_runs(of_jobs(jobs), tmp_path)
         assert [one["same"] for one in computed] == [True] * len(jobs)

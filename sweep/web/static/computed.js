@@ -3,14 +3,16 @@
 // with the stored ones, bit for bit.
 
 import { bytesOf } from "./files.js";
+import { encode } from "./frames.js";
 
 /** @import { Changed } from "./changed.js" */
 /**
  * @import {
  *   ComputedModule,
+ *   ComputedRun,
  *   ComputedStart,
+ *   ComputedTables,
  *   Computation,
- *   Flown,
  * } from "./supplement.d.ts"
  */
 
@@ -18,30 +20,16 @@ const PAGE = 65536; // bytes of a page of memory
 const FINE = 64; // arrays begin at multiples of this address
 const TAKE = 0; // the task of a call that takes steps
 const GOING = 0; // the state of a trial that is not lost
-// Of the arrays of a kernel, from the end.
-const [MARKS, STEPS_OF, VALUES, NUMBERS] = [5, 4, 3, 1];
 // What a compiled function returns without an error: with and without a value.
 const RETURNED = [0, -2];
 const SLICE = 30; // ms of computing between two looks at the reader
 const BOID_STEPS = 20000; // of a call, some 20 ms
-const SPAN = 65535;
-const TURN = 256;
-const HEAD = 32; // bytes of a frame before its boids
 
 /** @param {string} text */
 async function unpacked(text) {
   const packed = new Blob([bytesOf(text)]).stream();
   const stream = packed.pipeThrough(new DecompressionStream("deflate"));
   return new Uint8Array(await new Response(stream).arrayBuffer());
-}
-
-// Halves go to the even neighbour, as in NumPy.
-/** @param {number} value */
-function rounded(value) {
-  const low = Math.floor(value);
-  const part = value - low;
-  if (part !== 0.5) return part < 0.5 ? low : low + 1;
-  return low % 2 ? low + 1 : low;
 }
 
 /**
@@ -71,6 +59,7 @@ class Machine {
    */
   constructor(module, about, start) {
     this.start = start;
+    this.tables = about.tables;
     const bytes = start.rooms.reduce(
       (sum, [size, item]) => sum + size * item + FINE,
       0,
@@ -80,7 +69,9 @@ class Machine {
     const { exports } = new WebAssembly.Instance(module, {
       env: { memory: this.memory },
     });
-    this.fly = /** @type {(...numbers: (number | bigint)[]) => number} */ (exports.fly);
+    this.kernel = /** @type {(...numbers: (number | bigint)[]) => number} */ (
+      exports.fly
+    );
     this.top = about.pages * PAGE; // after the memory of the module itself
     this.scratch = this.take(16);
     this.rooms = start.rooms.map(([size, item]) => this.take(size * item));
@@ -101,7 +92,7 @@ class Machine {
       const at = this.rooms[room] + first * this.start.rooms[room][1];
       new Uint8Array(this.memory.buffer).set(contents[content], at);
     }
-    const numbers = this.floatsOf(NUMBERS);
+    const numbers = this.floatsOf("numbers");
     for (const [row, value] of changed) numbers[row] = value;
     const [task, steps] = this.integers;
     this.call(task, steps);
@@ -110,7 +101,7 @@ class Machine {
   /** @param {bigint} task @param {bigint} steps */
   call(task, steps) {
     const [, , ...more] = this.integers;
-    const status = this.fly(
+    const status = this.kernel(
       this.scratch,
       this.scratch + 8,
       0n,
@@ -128,28 +119,30 @@ class Machine {
     this.call(BigInt(TAKE), BigInt(steps));
   }
 
-  // An array of the kernel, counted from the last one.
-  /** @param {number} fromEnd */
-  integersOf(fromEnd) {
-    const { start: { rooms } } = this;
-    const place = rooms.length - fromEnd;
-    return new BigInt64Array(this.memory.buffer, this.rooms[place], rooms[place][0]);
+  /** @param {keyof ComputedTables} table */
+  integersOf(table) {
+    return new BigInt64Array(this.memory.buffer, ...this.whereOf(table));
   }
 
-  /** @param {number} fromEnd */
-  floatsOf(fromEnd) {
-    const { start: { rooms } } = this;
-    const place = rooms.length - fromEnd;
-    return new Float64Array(this.memory.buffer, this.rooms[place], rooms[place][0]);
+  /** @param {keyof ComputedTables} table */
+  floatsOf(table) {
+    return new Float64Array(this.memory.buffer, ...this.whereOf(table));
+  }
+
+  // Address and number of elements of an array of the kernel.
+  /** @param {keyof ComputedTables} table @returns {[number, number]} */
+  whereOf(table) {
+    const place = this.tables[table];
+    return [this.rooms[place], this.start.rooms[place][0]];
   }
 
   // The number of frames that were measured.
   get measured() {
-    return Number(this.integersOf(MARKS)[1]);
+    return Number(this.integersOf("marks")[1]);
   }
 
   get going() {
-    return Number(this.integersOf(MARKS)[0]) === GOING;
+    return Number(this.integersOf("marks")[0]) === GOING;
   }
 
   // x, y, vx and vy of the boids.
@@ -160,7 +153,7 @@ class Machine {
   }
 }
 
-// Writes frames as the server does: places in 16 bits, headings in 8.
+// The frames of a trial, packed as the server packs them.
 class Film {
   /** @param {ComputedStart} start @param {[number, number]} size */
   constructor(start, size) {
@@ -180,8 +173,7 @@ class Film {
 
   /** @param {number} step @param {Float64Array[]} bodies */
   add(step, bodies) {
-    const { n, faces } = this.start;
-    // One that is not there keeps its last place.
+    // A boid that has left keeps its last position.
     bodies.forEach((values, k) =>
       values.forEach((value, i) => {
         if (Number.isNaN(value)) values[i] = this.last[k][i];
@@ -190,41 +182,15 @@ class Film {
     this.last = bodies;
     const [x, y, vx, vy] = bodies;
     const [ahead, aside] = this.ahead;
-    const frame = new Uint8Array((HEAD + 5 * n + 3) & ~3);
-    const view = new DataView(frame.buffer);
-    const [left, right] = this.span(x, this.size[0]);
-    const [low, high] = this.span(y, this.size[1]);
-    [0x42, 0x53, 0x46, 0x31].forEach((byte, k) => view.setUint8(k, byte));
-    [0, step, n].forEach((value, k) => view.setUint32(4 + 4 * k, value, true));
-    [left, low, right, high].forEach((end, k) =>
-      view.setFloat32(16 + 4 * k, end, true)
-    );
-    for (let i = 0; i < n; i++) {
-      view.setUint16(HEAD + 2 * i, this.place(x[i], left, right), true);
-      view.setUint16(HEAD + 2 * (n + i), this.place(y[i], low, high), true);
+    const angles = new Float64Array(x.length);
+    for (let i = 0; i < x.length; i++) {
       const rests = vx[i] === 0 && vy[i] === 0;
       if (!rests) [ahead[i], aside[i]] = [vx[i], vy[i]];
-      const angle = rests && !faces ? 0 : Math.atan2(aside[i], ahead[i]);
-      frame[HEAD + 4 * n + i] = rounded(angle * (TURN / (2 * Math.PI))) & 255;
+      angles[i] = rests && !this.start.faces ? 0 : Math.atan2(aside[i], ahead[i]);
       this.resting.push(rests);
     }
-    this.frames.push(frame);
+    this.frames.push(encode(step, this.size, { x, y, angles }));
     this.steps.push(step);
-  }
-
-  /** @param {Float64Array} values @param {number} length */
-  span(values, length) {
-    const least = values.reduce((a, b) => Math.min(a, b), 0);
-    const most = values.reduce((a, b) => Math.max(a, b), length);
-    const low = Math.max(-length, least);
-    const high = Math.min(2 * length, most);
-    return [Math.fround(low), Math.fround(high)];
-  }
-
-  /** @param {number} value @param {number} low @param {number} high */
-  place(value, low, high) {
-    const place = (value - low) * (SPAN / (high - low));
-    return rounded(Math.min(SPAN, Math.max(0, place)));
   }
 
   get bytes() {
@@ -263,7 +229,7 @@ export class Computer {
   /**
    * @param {ComputedStart} start
    * @param {Order} order
-   * @returns {Promise<Flown | null>}
+   * @returns {Promise<ComputedRun | null>}
    */
   async run(start, { every, size, metric, changed = NOTHING, wanted = always }) {
     const about = this.modules[start.module];
@@ -292,13 +258,13 @@ export class Computer {
   /** @param {Machine} machine @param {Film} film @param {number} shown */
   result(machine, film, shown) {
     const { start, measured } = machine;
-    const values = machine.floatsOf(VALUES);
+    const values = machine.floatsOf("values");
     const stored = new Float64Array(bytesOf(start.last).buffer);
     const room = values.length / stored.length;
     const last = stored.map((_, k) => values[k * room + measured - 1]);
     /** @type {Map<number, number | null>} */
     const at = new Map([[0, start.first[shown]]]);
-    const steps = machine.integersOf(STEPS_OF);
+    const steps = machine.integersOf("steps_of");
     for (let k = 0; k < measured; k++) {
       const value = values[shown * room + k];
       at.set(Number(steps[k]), Number.isFinite(value) ? value : null);
