@@ -80,6 +80,9 @@ rules: $(STAMP)  ## lint, formatting and rules of the house alone
 	$(BIN)/oxlint --config .oxlintrc.json
 	$(DENO) fmt --check
 	$(DENO) check --quiet
+	$(BIN)/check-jsonschema --quiet --builtin-schema vendor.github-workflows .github/workflows/*.yml
+	$(BIN)/check-jsonschema --quiet --builtin-schema vendor.github-actions action.yml
+	$(BIN)/zizmor --quiet --offline --no-progress .github/workflows action.yml
 
 format: $(STAMP)  ## format the code
 	$(BIN)/ruff check --fix

@@ -15,6 +15,7 @@ from sweep.cli.app import (
     Results,
     StudyName,
     Trust,
+    Workers,
     app,
     one_format,
     stop,
@@ -203,6 +204,73 @@ def register(
         print(done.path, file=sys.stderr)
     print(done.as_json() if as_json else done.as_text())
     if done.agrees is False:
+        raise SystemExit(1)
+
+
+@app.command(rich_help_panel=Group.store)
+def certify(
+    sources: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="SOURCE...",
+            help="File of `sweep pack`, or folder of studies with a published.yaml.",
+        ),
+    ],
+    to: Annotated[
+        Path, typer.Option("--to", help="Folder for the certificate and the badge.")
+    ] = Path("certificate"),
+    fraction: Annotated[
+        float,
+        typer.Option(help="Fraction of the trials of a packed study, from 0 to 1."),
+    ] = 0.01,
+    most: Annotated[
+        int, typer.Option(min=1, help="Maximum number of trials of a packed study.")
+    ] = 100,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random sample.")] = 0,
+    force: Force = False,
+    trust: Trust = False,
+    results: Results = Path("results"),
+    workers: Workers = 0,
+) -> None:
+    """Verify packed studies, judge claims, write a badge.
+
+    Runs a random sample of the trials of each packed study again, and compares bit for
+    bit. Reproduces the publications of a folder at the quick scale; this runs
+    figures.py of each study. The exit code is 1 if a trial differs or a run fails. A
+    refuted claim is a result, and no failure.
+
+    Examples
+    --------
+    sweep certify my-first.zip
+    sweep certify my-first.zip experiments --most 20 --to certificate
+    """
+    from sweep.cli.progress import ProgressBar
+    from sweep.cli.progress_line import ProgressLine
+    from sweep.published import code_files
+    from sweep.sharing import PackedSample, check_free, sources_of
+    from sweep.sharing import certify as run_again
+    from sweep.store import local_folder
+    from sweep.workers import Loky, worker_count
+
+    requested = sources_of(sources)
+    check_free(to, force=force)
+    folder = local_folder(results, "figures of publications are written to")
+    code = [file for place in requested.folders for file in code_files(place, ())]
+    if code:
+        print(f"this runs code: {', '.join(map(str, code))}", file=sys.stderr)
+    certificate = run_again(
+        requested,
+        folder,
+        Loky(worker_count(workers)),
+        sample=PackedSample(fraction, most, seed),
+        trust=trust,
+        display=ProgressBar,
+        progress=lambda file: ProgressLine(file, "trials compared").show,
+    )
+    paths = certificate.write(to, force=force)
+    print(certificate.as_markdown(), end="")
+    print(*paths, sep="\n", file=sys.stderr)
+    if not certificate.passed:
         raise SystemExit(1)
 
 

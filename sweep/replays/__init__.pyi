@@ -11,7 +11,9 @@ from .flight import Report as Report
 from .flight import frames as frames
 from .flight import write_flight as write_flight
 from .replaying import replay as replay
+from .verifying import Verification as Verification
 from .verifying import check_code as check_code
+from .verifying import upper_bound as upper_bound
 from .verifying import verify as verify
 from .video import find_ffmpeg as find_ffmpeg
 from .video import write_gif as write_gif

@@ -10,6 +10,8 @@ unpacking    one file -> a study
 stranger     the texts of the file for readers without boidsweep
 
 registration a dated record of a study before its first trial, and its check
+certificate  packed studies and publications, run again
+
 laid_out     a study -> spec and code as files, to resume the study
 """
 

@@ -1,3 +1,7 @@
+from .certificate import PackedSample as PackedSample
+from .certificate import certify as certify
+from .certificate import check_free as check_free
+from .certificate import sources_of as sources_of
 from .citing import Citation as Citation
 from .citing import author_of as author_of
 from .citing import behind as behind

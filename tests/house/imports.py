@@ -37,7 +37,10 @@ MAY_IMPORT = {
         "kernels errors text method analysis spec recordings own_code design store"
         " workers tables methods campaigns figures"
     ),
-    "sharing": "kernels errors text spec design store tables published",
+    "sharing": (
+        "kernels errors text spec design store workers tables campaigns replays"
+        " published"
+    ),
     "web": (
         "kernels errors text spec own_code design trial store tables figures replays"
         " sharing"

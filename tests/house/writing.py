@@ -75,6 +75,9 @@ OTHERWISE = {
     ),
     "sweep/workers/watch.py fdopen": "the same board",
     "sweep/workers/watch.py open": "the same board, in a worker",
+    "sweep/sharing/certificate.py TemporaryDirectory": (
+        "a packed study, loaded for a comparison; the folder is deleted"
+    ),
     "sweep/tables/outputs.py TemporaryDirectory": (
         "for programs that know paths only; nobody else may enter it"
     ),
