@@ -156,7 +156,7 @@ class Certificate:
         return ", ".join(phrases) or "no claim judged"
 
     def as_json(self) -> str:
-        """Return the certificate as JSON, in the format of docs/json.md."""
+        """Return the certificate as JSON, in the format of docs/guide/certificates.md."""
         content = {
             "version": FORMAT,
             "passed": self.passed,
@@ -328,7 +328,7 @@ def certify(
             read_all(folder, quick=True), results, engine, display, quick=True
         )
         publications += [
-            JudgedPublication(name, dict(statements))
+            JudgedPublication(name, {**statements})
             for name, statements in outcome.statements.items()
         ]
         failures += outcome.failures
