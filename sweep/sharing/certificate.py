@@ -156,7 +156,7 @@ class Certificate:
         return ", ".join(phrases) or "no claim judged"
 
     def as_json(self) -> str:
-        """Return the certificate as JSON, in the format of docs/guide/certificates.md."""
+        """Return the certificate as JSON; docs/guide/certificates.md has the keys."""
         content = {
             "version": FORMAT,
             "passed": self.passed,
@@ -328,7 +328,9 @@ def certify(
             read_all(folder, quick=True), results, engine, display, quick=True
         )
         publications += [
-            JudgedPublication(name, {**statements})
+            JudgedPublication(
+                name, {str(key): count for key, count in statements.items()}
+            )
             for name, statements in outcome.statements.items()
         ]
         failures += outcome.failures
