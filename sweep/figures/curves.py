@@ -321,15 +321,15 @@ def _trials(layout: Curves, metric: str, facet: Facet) -> pd.DataFrame:
     trials = selection.trials[selection.study.done]
     own = trials[trials["point"].isin(facet.points)]
     rows = selection.study.series.merge(own, on="trial_id", suffixes=("", "_at_end"))
-    known = rows[np.isfinite(rows[metric].to_numpy(np.float64))]
-    points = selection.points.loc[known["point"]]
+    finite = rows[np.isfinite(rows[metric].to_numpy(np.float64))]
+    points = selection.points.loc[finite["point"]]
     columns = {
-        "x": known["frame"] * (known["dt"] if layout.time else 1),
-        "y": known[metric],
+        "x": finite["frame"] * (finite["dt"] if layout.time else 1),
+        "y": finite[metric],
         "colour": colours_of(selection, layout.by, points).to_numpy(),
-        "trial": known["trial_id"],
-        "replicate": known["replicate"],
-        "point": known["point"],
+        "trial": finite["trial_id"],
+        "replicate": finite["replicate"],
+        "point": finite["point"],
     }
     return pd.DataFrame(columns)
 

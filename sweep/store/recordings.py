@@ -204,7 +204,7 @@ def served(
     study: Study,
     jobs: Sequence[Job],
     recordings: Iterable[Recording],
-    known: KnownIds,
+    stored_ids: KnownIds,
     done: NDArray[np.bool_],
 ) -> Served:
     """Return the missing trials of a study that stored trials replace.
@@ -216,7 +216,7 @@ def served(
         Missing trials of the study.
     recordings : iterable of Recording
         Recordings of stored trials of a different spec.
-    known : KnownIds
+    stored_ids : KnownIds
         Ids of the n stored trials.
     done : array of bool
         True for stored trials with the status done, shape (n,).
@@ -232,7 +232,7 @@ def served(
         lacking = np.ones(len(own), np.bool_)
         for recording in covering:
             other = ids_recording(study, block, recording)
-            rows = known.places(other)
+            rows = stored_ids.places(other)
             serves = (rows >= 0) & lacking
             serves[serves] = done[rows[serves]]
             lacking &= ~serves

@@ -46,7 +46,7 @@ def checked(
     study: str,
     name: str,
     table: pa.Table,
-    known: Catalogue,
+    catalogue: Catalogue,
     columns: Iterable[str] = (),
 ) -> pa.Table:
     """Return rows of a stored table after all checks.
@@ -61,7 +61,7 @@ def checked(
         The name of the table.
     table : pyarrow.Table
         Rows of the table from one or more parts.
-    known : Catalogue
+    catalogue : Catalogue
         The models that the trials may have.
     columns : iterable of str, optional
         Further columns that the table must have.
@@ -84,19 +84,19 @@ def checked(
         _check_names(table)
         table = _without_others(table, FULL[name])
         _check_full(table, FULL[name])
-        CHECKS[name](table, known)
+        CHECKS[name](table, catalogue)
     except ValueError as error:
         raise StoreError(
             f"the stored {name} are not what a launch writes: {error}", study
         ) from None
     if name == "trials":
-        table = _with_spreads(table, known)
+        table = _with_spreads(table, catalogue)
     return _with_commands(table, study) if "replay" in table.column_names else table
 
 
-def _with_spreads(table: pa.Table, known: Catalogue) -> pa.Table:
+def _with_spreads(table: pa.Table, catalogue: Catalogue) -> pa.Table:
     """Return trials with 0 for spreads that only some trials have."""
-    for name in settings_of(table["model"][0].as_py(), known).spreads:
+    for name in settings_of(table["model"][0].as_py(), catalogue).spreads:
         if name in table.column_names:
             index = table.column_names.index(name)
             filled = table[name].fill_null(0.0)
@@ -187,26 +187,26 @@ def _check_names(table: pa.Table) -> None:
         raise ValueError("a column appears twice")
 
 
-def _check_trials(table: pa.Table, known: Catalogue) -> None:
+def _check_trials(table: pa.Table, catalogue: Catalogue) -> None:
     columns = (*ABOUT_TRIAL, *ABOUT_LINK, *ABOUT_EVENT)
     identity = {name: kind for name, kind, *_ in columns}
     _check_present(table, identity)
     models = pc.unique(table["model"]).to_pylist()
-    if len(models) > 1 or models[0] not in known.models:
+    if len(models) > 1 or models[0] not in catalogue.models:
         raise ValueError(f"needs one known model, not {', '.join(models[:5])}")
-    settings = settings_of(models[0], known)
+    settings = settings_of(models[0], catalogue)
     every = settings | settings.spreads
     _check_present(table, {name: ARROW[every[name].kind] for name in every})
     metrics = set(table.column_names) - identity.keys() - every.keys()
     _check_numbers(table, metrics)
 
 
-def _check_series(table: pa.Table, _known: Catalogue) -> None:
+def _check_series(table: pa.Table, _catalogue: Catalogue) -> None:
     _check_types(table, {"trial_id": pa.string(), "frame": pa.int64()})
     _check_numbers(table, set(table.column_names) - {"trial_id", "frame"})
 
 
-def _check_heatmaps(table: pa.Table, _known: Catalogue) -> None:
+def _check_heatmaps(table: pa.Table, _catalogue: Catalogue) -> None:
     _check_types(
         table, {"trial_id": pa.string(), "rows": pa.int32(), "columns": pa.int32()}
     )
@@ -218,11 +218,11 @@ def _check_heatmaps(table: pa.Table, _known: Catalogue) -> None:
         raise ValueError("the number of visits is not rows times columns")
 
 
-def _check_profiles(table: pa.Table, known: Catalogue) -> None:
+def _check_profiles(table: pa.Table, catalogue: Catalogue) -> None:
     _check_types(table, {"trial_id": pa.string()})
     names = table.column_names
     for name in (name for name in names if f"{name}{AT}" in names):
-        if name not in known.profiles:
+        if name not in catalogue.profiles:
             raise ValueError(f"there is no profile {shortened(name)}")
         rows = table.filter(pc.is_valid(table[name]))
         values = _lengths(rows, name, pa.float64())
@@ -238,11 +238,11 @@ def _check_profiles(table: pa.Table, known: Catalogue) -> None:
             raise ValueError(f"{name} has an infinite value")
 
 
-def _check_trajectories(table: pa.Table, known: Catalogue) -> None:
+def _check_trajectories(table: pa.Table, catalogue: Catalogue) -> None:
     _check_types(table, {"trial_id": pa.string(), "frame": pa.int64()})
     names = [name for name in table.column_names if name not in ("trial_id", "frame")]
     _check_full(table, names)
-    recorded = any(model.events for model in known.models.values())
+    recorded = any(model.events for model in catalogue.models.values())
     boids = _check_boids(table, names, absent=recorded)
     frames = _integers(table, "frame")
     ids = table["trial_id"].combine_chunks()
@@ -257,7 +257,7 @@ def _check_trajectories(table: pa.Table, known: Catalogue) -> None:
         raise ValueError("the number of boids changes between frames")
 
 
-def _check_last_flocks(table: pa.Table, _known: Catalogue) -> None:
+def _check_last_flocks(table: pa.Table, _catalogue: Catalogue) -> None:
     _check_types(table, {"trial_id": pa.string()})
     names = [name for name in table.column_names if name != "trial_id"]
     _check_full(table, names)

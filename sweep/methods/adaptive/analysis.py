@@ -115,8 +115,10 @@ def settled_points(study: StoredStudy) -> str:
     by_point = stopping(study).groupby("point")["why"]
     reasons = by_point.agg(lambda whys: min(whys, key=REASONS.index))
     counts = Counter(reasons[reasons != NOT_YET])
-    words = "".join(f", {count:,} by {why}" for why, count in sorted(counts.items()))
-    return f"{counts.total():,} of {len(reasons):,} points{words}"
+    by_reason = "".join(
+        f", {count:,} by {why}" for why, count in sorted(counts.items())
+    )
+    return f"{counts.total():,} of {len(reasons):,} points{by_reason}"
 
 
 def why_unfinished(study: StoredStudy) -> str:

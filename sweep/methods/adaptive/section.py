@@ -269,7 +269,7 @@ def _check_metrics(until: Entry, context: SpecContext) -> None:
             entry,
             name,
             context.recorded,
-            metrics=context.known.known.metrics,
+            metrics=context.metrics.catalogue.metrics,
         )
     mistakes.check()
 

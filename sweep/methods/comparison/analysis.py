@@ -381,10 +381,10 @@ def _starts(side: Side) -> set[str]:
 
     An initial condition without a hash has its name instead.
     """
-    known = side.study.known.starts
+    starts = side.study.known.starts
     code = stamps(side.study.provenance)
     names = {str(name) for name in side.trials["start_draws"].unique()}
-    fixed = {name for name in names if name in known and not known[name].random}
+    fixed = {name for name in names if name in starts and not starts[name].random}
     hashes = {code.starts.get(name, name) if code else name for name in fixed}
     return hashes | ({""} if names - fixed else set())
 
@@ -565,6 +565,6 @@ def _verdict(difference: float, p: float, p_equivalent: float, level: float) -> 
     """Return the verdict of B, an entry of VERDICTS."""
     if np.isnan(p):
         return "too few distinct values"
-    words = ["higher" if difference > 0.0 else "lower"] if p < level else []
-    words += ["equivalent"] if p_equivalent < level else []
-    return ", ".join(words) or "no difference shown"
+    verdicts = ["higher" if difference > 0.0 else "lower"] if p < level else []
+    verdicts += ["equivalent"] if p_equivalent < level else []
+    return ", ".join(verdicts) or "no difference shown"

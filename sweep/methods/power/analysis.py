@@ -83,9 +83,9 @@ class Power:
     def worst(self) -> Iterator["pd.Series[Any]"]:
         """Yield the known row that needs most replicates, per goal and metric."""
         for _, rows in self.rows.groupby(["goal", "asked", "metric"], sort=False):
-            known = rows.dropna(subset="replicates")
-            if len(known):
-                yield known.iloc[int(known["replicates"].argmax())]
+            finite = rows.dropna(subset="replicates")
+            if len(finite):
+                yield finite.iloc[int(finite["replicates"].argmax())]
 
 
 def needed_replicates(

@@ -132,12 +132,12 @@ def _keep_means_in_view(axes: Axes, lines: Sequence[MeanProfile]) -> None:
 def _draw_line(axes: Axes, line: MeanProfile, number: int, apart: float) -> None:
     """Draw the means of a profile; individuals of several lines are side by side."""
     colour = COLOURS[number % len(COLOURS)]
-    known = np.isfinite(line.value)
-    at = line.at[known]
+    finite = np.isfinite(line.value)
+    at = line.at[finite]
     if line.axis == "individual":
         at = at + SIDE_BY_SIDE * apart
-    low = line.low[known]
-    high = line.high[known]
+    low = line.low[finite]
+    high = line.high[finite]
     look = LINE_STYLES[number % len(LINE_STYLES)]
     if line.axis == "individual":
         axes.vlines(at, low, high, color=colour, lw=0.8)
@@ -145,7 +145,7 @@ def _draw_line(axes: Axes, line: MeanProfile, number: int, apart: float) -> None
         axes.fill_between(at, low, high, color=colour, alpha=0.2, lw=0)
     axes.plot(
         at,
-        line.value[known],
+        line.value[finite],
         color=colour,
         marker=MARKERS[number % len(MARKERS)],
         linestyle="none" if line.axis == "individual" else look,

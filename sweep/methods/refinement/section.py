@@ -197,7 +197,7 @@ def _check_metric(
     entry: Entry, values: Mapping[str, Any], context: SpecContext
 ) -> None:
     column = values["metric"]
-    metrics = context.known.known.metrics
+    metrics = context.metrics.catalogue.metrics
     check_recorded(entry.child("metric"), column, context.recorded, metrics)
     name = Column.read(column).metric
     if name not in metrics or values.get("at", STEEPEST) == STEEPEST:

@@ -105,14 +105,14 @@ class _Grid:
         self.settings = settings
         self.groups = list(dict.fromkeys(row[:end] for row in rows))
         numbers = {group: number for number, group in enumerate(self.groups)}
-        known: list[dict[Value, int]] = [
+        place_of: list[dict[Value, int]] = [
             {value: place * scale.step for place, value in enumerate(scale.values)}
             for scale in rule.scales.values()
         ]
         self.first = sorted(
             (
                 numbers[row[:end]],
-                *(of[value] for of, value in zip(known, row[end:], strict=True)),
+                *(of[value] for of, value in zip(place_of, row[end:], strict=True)),
             )
             for row in rows
         )

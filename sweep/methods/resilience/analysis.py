@@ -55,17 +55,17 @@ def resilience_rows(
     names = list(as_names(metrics)) or study.series_metrics
     for name in names:
         if name not in study.series_metrics:
-            words = unknown("recorded series", name, study.series_metrics)
-            raise ChoiceError(words, study.name)
+            reason = unknown("recorded series", name, study.series_metrics)
+            raise ChoiceError(reason, study.name)
     if not names:
-        words = "no series is recorded; add record: {series: [...]} to the spec"
-        raise ChoiceError(words, study.name)
+        reason = "no series is recorded; add record: {series: [...]} to the spec"
+        raise ChoiceError(reason, study.name)
     trials = study.trials[study.trials["status"] == "done"]
     fail = trials[SHARE].to_numpy(np.float64) > 0.0
     if fail.all() or not fail.any():
-        words = "no boid fails" if not fail.any() else "some boids fail"
+        reason = "no boid fails" if not fail.any() else "some boids fail"
         raise ChoiceError(
-            f"at all points {words}; vary {SHARE}, for example"
+            f"at all points {reason}; vary {SHARE}, for example"
             f" sweep: {{{SHARE}: [0, 0.2]}}",
             study.name,
         )

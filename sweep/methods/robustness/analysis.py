@@ -157,8 +157,10 @@ def check_conclusions(
     names = as_names(metrics) or study.metrics
     for name in names:
         study.check_metric(name)
-    words = {record["name"]: record["words"] for record in recorded}
-    variants = {name: _variant(study, name, text) for name, text in words.items()}
+    descriptions = {record["name"]: record["words"] for record in recorded}
+    variants = {
+        name: _variant(study, name, text) for name, text in descriptions.items()
+    }
     bits = {
         name: compared
         for name, variant in variants.items()
@@ -173,7 +175,7 @@ def check_conclusions(
     missing = {stored.name: stored.missing for stored in (study, *variants.values())}
     return Validity(
         study=study,
-        variants=words,
+        variants=descriptions,
         confidence=confidence,
         settings=_axis_settings(study),
         rows=rows,
@@ -182,19 +184,19 @@ def check_conclusions(
     )
 
 
-def _variant(study: StoredStudy, name: str, words: str) -> StoredStudy:
+def _variant(study: StoredStudy, name: str, description: str) -> StoredStudy:
     """Return a stored variant. StoreError if not stored, or without trials."""
     try:
         variant = StoredStudy(f"{study.name}/{name}", study.store.results)
     except StoreError as error:
         raise StoreError(
-            f"the variant with {words} is not stored: {error.reason}; launch the study"
+            f"the variant with {description} is not stored: {error.reason}; launch the study"
             " again",
             study.name,
         ) from None
     if variant.trials.empty:
         raise StoreError(
-            f"no trial is stored with {words}; launch the study again", study.name
+            f"no trial is stored with {description}; launch the study again", study.name
         )
     return variant
 

@@ -74,11 +74,11 @@ def edge_of(values: Floats, objective: Objective, held_out: Floats) -> float:
     float
         NaN without finite values.
     """
-    known = values[np.isfinite(values)]
+    finite = values[np.isfinite(values)]
     bounds = held_out[np.isfinite(held_out)]
-    if not len(known):
+    if not len(finite):
         return np.nan
-    edge = np.quantile(known, 1.0 - SHOWN if objective.maximize else SHOWN)
+    edge = np.quantile(finite, 1.0 - SHOWN if objective.maximize else SHOWN)
     return float(
         np.min([edge, *bounds]) if objective.maximize else np.max([edge, *bounds])
     )

@@ -147,12 +147,12 @@ def _history_panel(
         ),
     ]
     edge = edge_of_history(asked_trials, objective)
-    known = None if np.isnan(edge) else float(edge)
+    limit = None if np.isnan(edge) else float(edge)
     axis = MarkedAxis(
         objective.column,
         label_of(study, objective).replace("\n", ", "),
-        low=known if objective.maximize else None,
-        high=None if objective.maximize else known,
+        low=limit if objective.maximize else None,
+        high=None if objective.maximize else limit,
     )
     alone = len(objectives(asked_trials)) == 1
     return MarkedPanel(
@@ -248,9 +248,9 @@ def _stairs(
     x: "pd.Series[float]", y: "pd.Series[float]", text: str, *, late: bool
 ) -> MarkedLine:
     """Return a line of steps; if `late`, a value holds up to the next position."""
-    known = y.notna().to_numpy()
-    across: Floats = np.repeat(x.to_numpy(np.float64)[known], 2)
-    along: Floats = np.repeat(y.to_numpy(np.float64)[known], 2)
+    finite = y.notna().to_numpy()
+    across: Floats = np.repeat(x.to_numpy(np.float64)[finite], 2)
+    along: Floats = np.repeat(y.to_numpy(np.float64)[finite], 2)
     if late:
         return MarkedLine(across[1:].tolist(), along[:-1].tolist(), text)
     return MarkedLine(across[:-1].tolist(), along[1:].tolist(), text)

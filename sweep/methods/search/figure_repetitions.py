@@ -158,12 +158,14 @@ def _band(
     label: str,
     distribution: Declared,
 ) -> None:
-    known = curves.dropna()
-    means = [mean_interval(row, distribution=distribution) for row in known.to_numpy()]
+    complete = curves.dropna()
+    means = [
+        mean_interval(row, distribution=distribution) for row in complete.to_numpy()
+    ]
     mean, low, high, _ = np.reshape(means, (-1, 4)).T
-    axes.step(known.index, mean, where="post", color=colour, label=label)
+    axes.step(complete.index, mean, where="post", color=colour, label=label)
     axes.fill_between(
-        known.index,
+        complete.index,
         low,
         high,
         step="post",
