@@ -135,7 +135,10 @@ def with_variants(study: Study) -> list[Study]:
             studies.append(study_with(text, path, study.catalogue))
         except SpecError as error:
             mistakes = (str(mistake).split(": ", 1)[-1] for mistake in error.mistakes)
-            message = f"the study cannot be run with {variant.description}: {'; '.join(mistakes)}"
+            message = (
+                f"the study cannot be run with {variant.description}:"
+                f" {'; '.join(mistakes)}"
+            )
             raise study.document.error(variant.place, message) from None
     return studies
 

@@ -154,7 +154,7 @@ class Number(Content[float]):
     note: str = ""
 
     @property
-    def text(self) -> str:
+    def words(self) -> str:
         """The allowed range, with the unit and the note."""
         text = f"a number of {self.unit}" if self.unit else "a number"
         if self.least is not None:

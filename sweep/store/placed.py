@@ -68,11 +68,9 @@ def placed_trials(
     chunks = [chunk for column in columns for chunk in column.chunks]
     every = pa.chunked_array(chunks, pa.string())
     index = pc.index_in(every, value_set=trial_ids).fill_null(-1).to_numpy()
-    selected_rows = np.flatnonzero(index >= 0)
+    matching = np.flatnonzero(index >= 0)
     row = np.full(len(trial_ids), -1, np.int64)
-    row[index[selected_rows]] = (
-        selected_rows  # of several rows of a trial the last one stays
-    )
+    row[index[matching]] = matching  # of several rows of a trial the last one stays
     stored = row >= 0
     selected = np.zeros(len(index), np.bool_)
     selected[row[stored]] = True

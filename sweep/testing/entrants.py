@@ -34,8 +34,8 @@ KINDS = {"metrics": "measure", "maps": "draw", "starts": "draw", "samplers": "dr
 class Entrant:
     """An entry of a file.
 
-    `kind` is one of KINDS, `entry` is the entry as in the file, and `catalogue` a catalogue
-    that contains the entry.
+    `kind` is one of KINDS, `entry` is the entry as in the file, and `catalogue`
+    contains the entry.
     """
 
     kind: str

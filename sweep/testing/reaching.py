@@ -92,9 +92,9 @@ def _boids(subject: Subject, job: Job, state: State, observer: int) -> int:
         comparable = observer == 0 or reference.noise == other.noise
         if comparable and reference.bits != other.bits:
             raise AssertionError(
-                f"{of_function(subject.model.sight)}: boids {description} change the step of"
-                f" boid {observer} ({in_words(job)}); sight must declare all that"
-                " advance reads"
+                f"{of_function(subject.model.sight)}: boids {description} change the"
+                f" step of boid {observer} ({in_words(job)}); sight must declare all"
+                " that advance reads"
             )
     return len(outcomes[1:])
 

@@ -190,8 +190,8 @@ def _variant(study: StoredStudy, name: str, description: str) -> StoredStudy:
         variant = StoredStudy(f"{study.name}/{name}", study.store.results)
     except StoreError as error:
         raise StoreError(
-            f"the variant with {description} is not stored: {error.reason}; launch the study"
-            " again",
+            f"the variant with {description} is not stored: {error.reason};"
+            " launch the study again",
             study.name,
         ) from None
     if variant.trials.empty:

@@ -116,7 +116,7 @@ def changed_by_steps(study: Study) -> dict[str, Setting]:
 def record_of(study: Study, section: Validate) -> list[dict[str, Any]]:
     """Return the record of the variants for a plan.
 
-    Each record has `name`, the difference in `description`, and `unjudged`, the metrics with
+    Each record has `name`, the difference in `words`, and `unjudged`, the metrics with
     a different meaning in the variant.
     """
     return [
