@@ -316,8 +316,8 @@ class _Measuring:
     @property
     def _launch(self) -> str:
         """Fix for trials that must run again, in words."""
-        names = ", ".join(self.further.names)
-        return f'add {names} under "record" of the spec, and launch the spec'
+        metrics = ", ".join(self.further.names)
+        return f'add {metrics} under "record" of the spec, and launch the spec'
 
     def _is_stored(self, point: _Point) -> bool:
         return self.statuses.get(point.job.trial_id) in ENDED
@@ -418,10 +418,10 @@ class _Measuring:
         n = int(job.settings["n"])
         series = tables.get("series", {})
         flight = tables.get("trajectories", {})
-        names = [name for name in series if name != "frame"]
+        metrics = [name for name in series if name != "frame"]
         state = [*job.catalogue.models[job.model].state] if flight else []
         try:
-            values = _in_frames(series, names, steps, 1)
+            values = _in_frames(series, metrics, steps, 1)
             bodies = _in_frames(flight, FLIGHT if flight else (), steps, n)
             states = _in_frames(flight, state, steps, n)
             if not (np.isfinite(bodies).all() and np.isfinite(states).all()):
@@ -430,7 +430,7 @@ class _Measuring:
             reason = f"the frames of trial {point.stored.row['trial_id']} are damaged"
             message = f"{reason}, {error}: {self._launch}"
             raise StoreError(message, self.study.name) from None
-        measured = dict(zip(names, values[:, :, 0].T, strict=True))
+        measured = dict(zip(metrics, values[:, :, 0].T, strict=True))
         return FlownTrial(
             job,
             point.missing,
@@ -484,8 +484,8 @@ class _Measuring:
         keep_code(self.store, catalogue)
         here = replace(point, catalogue=catalogue)
         origin = measured_provenance(self.study.provenance, here, self.text)
-        names, derived = sources(point.record, self.further.names, ())
-        recorded = {*metadata.record, *names, *(column.name for column in derived)}
+        metrics, derived = sources(point.record, self.further.names, ())
+        recorded = {*metadata.record, *metrics, *(column.name for column in derived)}
         record = [name for name in point.record.names if name in recorded]
         listed = pairs.into_rows(self.study.plan.to_reader()).read_all()
         plan = replace(metadata, record=record).into(listed, origin)
@@ -558,18 +558,18 @@ def _columns(study: str, group: _Group, trials: pa.ChunkedArray) -> dict[str, pa
 
 
 def _in_frames(
-    table: Columns, names: Sequence[str], steps: NDArray[np.int64], size: int
+    table: Columns, columns: Sequence[str], steps: NDArray[np.int64], size: int
 ) -> NDArray[np.float64]:
     """Return the columns of some names as an array (F, names, size).
 
     The columns have `size` values per frame. Raises ValueError if frames are not at the
     given steps, or if a column has an unexpected type or size.
     """
-    values = np.empty((len(steps), len(names), size))
+    values = np.empty((len(steps), len(columns), size))
     frames = table.get("frame", np.empty(0))
-    if names and not np.array_equal(frames, steps):
+    if columns and not np.array_equal(frames, steps):
         raise ValueError("the steps are wrong")
-    for place, name in enumerate(names):
+    for place, name in enumerate(columns):
         column = table.get(name, np.empty(0))
         if column.dtype != np.float64 or column.size != len(steps) * size:
             raise ValueError(f"{name} has an unexpected type or size")

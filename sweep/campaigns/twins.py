@@ -136,15 +136,15 @@ def twins(
     current = Recording.of(study)
     groups = list[Twins]()
     for recording in recordings:
-        names = columns_of(recording.shared(current))
-        own_ids = ids_recording(study, jobs if names else (), current)
+        columns = columns_of(recording.shared(current))
+        own_ids = ids_recording(study, jobs if columns else (), current)
         run = served.missing.places(own_ids) < 0
         if not run.any():
             continue
         own_ids = own_ids[run]
         recorded_ids = ids_recording(study, jobs, recording)[run]
         # Searched ids of a million take 16 MB, which are free again after it.
-        digests, done = _read(store, names, KnownIds.of(recorded_ids))
+        digests, done = _read(store, columns, KnownIds.of(recorded_ids))
         del recorded_ids
         if done.any():
             ids = KnownIds.of(own_ids[done])
@@ -153,7 +153,7 @@ def twins(
                     store,
                     study,
                     recording,
-                    columns=names,
+                    columns=columns,
                     ids=ids,
                     digests=digests[done],
                 )

@@ -376,11 +376,11 @@ def _note(layout: Heatmap, table: pd.DataFrame, panels: list[list[Cells]]) -> st
 
 def plan(study: Results, choices: Choices) -> list[Planned]:
     """Plan one figure per metric. Raises ChoiceError if a heatmap does not suit."""
-    names = choices.plain(study)
-    layouts = [heatmap_layout(study, name, choices.x, choices.y) for name in names]
+    metrics = choices.plain(study)
+    layouts = [heatmap_layout(study, name, choices.x, choices.y) for name in metrics]
     return [
         Planned(name, partial(draw_heatmap, layout))
-        for name, layout in zip(names, layouts, strict=True)
+        for name, layout in zip(metrics, layouts, strict=True)
     ]
 
 

@@ -68,7 +68,7 @@ def plan_figures(
     study: Results,
     names: Sequence[str],
     choices: Choices,
-    available: Mapping[str, FigureKind] = KINDS,
+    known: Mapping[str, FigureKind] = KINDS,
 ) -> Plot:
     """Plan the figures of a study, without drawing the figures.
 
@@ -79,7 +79,7 @@ def plan_figures(
     names : sequence of str
         Names of kinds; if empty, all kinds that suit the study.
     choices : Choices
-    available : mapping of str to FigureKind
+    known : mapping of str to FigureKind
         Kinds by name; by default built-in kinds and kinds of packages.
 
     Returns
@@ -93,22 +93,22 @@ def plan_figures(
         kind does not suit the study, or no kind does.
     """
     for name in names:
-        if name not in available:
-            raise ChoiceError(unknown("kind", name, available), study.name)
-    _check(study, names, choices, available)
+        if name not in known:
+            raise ChoiceError(unknown("kind", name, known), study.name)
+    _check(study, names, choices, known)
     if names:
         chosen = list(dict.fromkeys(names))
         return Plot(
             [
                 (name, planned)
                 for name in chosen
-                for planned in available[name].figures(study, choices)
+                for planned in known[name].figures(study, choices)
             ],
             {},
         )
-    why = {name: kind.suits(study, choices) for name, kind in available.items()}
+    why = {name: kind.suits(study, choices) for name, kind in known.items()}
     left_out = {name: reason for name, reason in why.items() if reason}
-    if len(left_out) == len(available):
+    if len(left_out) == len(known):
         reasons = "; ".join(Plot([], left_out).reasons())
         raise ChoiceError(f"no kind of figure suits the study: {reasons}", study.name)
     return Plot(
@@ -116,7 +116,7 @@ def plan_figures(
             (name, planned)
             for name, reason in why.items()
             if not reason
-            for planned in available[name].figures(study, choices)
+            for planned in known[name].figures(study, choices)
         ],
         left_out,
     )
@@ -124,7 +124,7 @@ def plan_figures(
 
 def _check(
     study: Results,
-    names: Sequence[str],
+    requested: Sequence[str],
     choices: Choices,
     available: Mapping[str, FigureKind],
 ) -> None:
@@ -135,9 +135,9 @@ def _check(
         taking = [name for name, kind in available.items() if choice in kind.takes]
         if isinstance(value, str):
             selection.setting(value)
-        if value and names and not set(names) & set(taking):
+        if value and requested and not set(requested) & set(taking):
             raise ChoiceError(
-                f"{choice} is for {', '.join(taking)}, not for {', '.join(names)}",
+                f"{choice} is for {', '.join(taking)}, not for {', '.join(requested)}",
                 study.name,
             )
 

@@ -186,16 +186,16 @@ def _panel(axes: Axes, layout: Parallel, table: pd.DataFrame) -> tuple[int, int]
     )
     for place, upright in enumerate(uprights):
         _axis(axes, place, upright)
-    names = [
+    labels = [
         quantity(selection.study, name) for name in (*selection.sampled, chosen.metric)
     ]
-    breaks = " " if len(names) > MOST_NAMES_ON_A_LINE else " ("
+    breaks = " " if len(labels) > MOST_NAMES_ON_A_LINE else " ("
     axes.set_xticks(
-        range(len(names)),
-        [name.replace(breaks, f"\n{breaks[1:]}") for name in names],
+        range(len(labels)),
+        [name.replace(breaks, f"\n{breaks[1:]}") for name in labels],
         fontsize=7.5,
     )
-    axes.set(xlim=(-0.25, len(names) - 0.75), ylim=(-0.04, 1.04), yticks=[])
+    axes.set(xlim=(-0.25, len(labels) - 0.75), ylim=(-0.04, 1.04), yticks=[])
     axes.tick_params(axis="x", length=0)
     axes.grid(visible=False)
     axes.spines[:].set_visible(False)
@@ -239,8 +239,8 @@ def _upright(selection: Selection, name: str, column: "pd.Series[float]") -> Upr
     every = places(selection, name, selection.points[name])
     if not has_scale(selection.points[name]):
         last = max(every.max(), 1.0)
-        names = [words(value) for value in selection.values(name)]
-        return Upright(values / last, np.arange(len(names)) / last, names)
+        labels = [words(value) for value in selection.values(name)]
+        return Upright(values / last, np.arange(len(labels)) / last, labels)
     if is_logarithmic(selection, name):
         ticks = [
             float(tick) for tick in LogLocator().tick_values(every.min(), every.max())

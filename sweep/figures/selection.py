@@ -365,8 +365,10 @@ class Selection:
         done = self.study.done
         return float(self.trials.loc[done, metric].isna().mean()) if done.any() else 0.0
 
-    def _groups(self, names: Sequence[str]) -> int:
-        together = self.designed.groupby(list(names), sort=False) if names else None
+    def _groups(self, settings: Sequence[str]) -> int:
+        together = (
+            self.designed.groupby(list(settings), sort=False) if settings else None
+        )
         return int(together.ngroups) if together else 1
 
     def _offer(self, available: Sequence[str]) -> str:

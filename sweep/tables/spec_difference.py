@@ -242,9 +242,9 @@ def _notes(before: SpecVersion, after: SpecVersion) -> Iterator[str]:
     if changes:
         listed = ", ".join(changes)
         yield f"the code has changed ({listed}): trials with this code run again"
-    names = list(_names(before, after))
-    if names:
-        listed = ", ".join(names)
+    renamed = list(_names(before, after))
+    if renamed:
+        listed = ", ".join(renamed)
         yield f"custom code has new names ({listed}): trials with these names run again"
     if before.name != after.name:
         yield (
@@ -256,7 +256,7 @@ def _notes(before: SpecVersion, after: SpecVersion) -> Iterator[str]:
             yield f"{side.label}: {side.counted}"
     if (
         not changes
-        and not names
+        and not renamed
         and not after.counted
         and before.spec == after.spec
         and _among(after.trials, before.trials) < len(after.trials)

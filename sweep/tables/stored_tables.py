@@ -179,11 +179,11 @@ def checked_numbers(
 
 
 def _check_names(table: pa.Table) -> None:
-    names = table.column_names
-    for name in names:
+    columns = table.column_names
+    for name in columns:
         if not NAME.fullmatch(name):
             raise ValueError(f"no column can have the name {shortened(ascii(name))}")
-    if len(names) > len(set(names)):
+    if len(columns) > len(set(columns)):
         raise ValueError("a column appears twice")
 
 
@@ -220,8 +220,8 @@ def _check_heatmaps(table: pa.Table, _catalogue: Catalogue) -> None:
 
 def _check_profiles(table: pa.Table, catalogue: Catalogue) -> None:
     _check_types(table, {"trial_id": pa.string()})
-    names = table.column_names
-    for name in (name for name in names if f"{name}{AT}" in names):
+    columns = table.column_names
+    for name in (name for name in columns if f"{name}{AT}" in columns):
         if name not in catalogue.profiles:
             raise ValueError(f"there is no profile {shortened(name)}")
         rows = table.filter(pc.is_valid(table[name]))
@@ -240,10 +240,10 @@ def _check_profiles(table: pa.Table, catalogue: Catalogue) -> None:
 
 def _check_trajectories(table: pa.Table, catalogue: Catalogue) -> None:
     _check_types(table, {"trial_id": pa.string(), "frame": pa.int64()})
-    names = [name for name in table.column_names if name not in ("trial_id", "frame")]
-    _check_full(table, names)
+    columns = [name for name in table.column_names if name not in ("trial_id", "frame")]
+    _check_full(table, columns)
     recorded = any(model.events for model in catalogue.models.values())
-    boids = _check_boids(table, names, absent=recorded)
+    boids = _check_boids(table, columns, absent=recorded)
     frames = _integers(table, "frame")
     ids = table["trial_id"].combine_chunks()
     trials = ids.dictionary_encode().indices.to_numpy()
@@ -259,13 +259,13 @@ def _check_trajectories(table: pa.Table, catalogue: Catalogue) -> None:
 
 def _check_last_flocks(table: pa.Table, _catalogue: Catalogue) -> None:
     _check_types(table, {"trial_id": pa.string()})
-    names = [name for name in table.column_names if name != "trial_id"]
-    _check_full(table, names)
-    _check_boids(table, names)
+    columns = [name for name in table.column_names if name != "trial_id"]
+    _check_full(table, columns)
+    _check_boids(table, columns)
 
 
 def _check_boids(
-    table: pa.Table, names: Sequence[str], absent: bool = False
+    table: pa.Table, columns: Sequence[str], absent: bool = False
 ) -> NDArray[np.int64]:
     """Return the number of boids in each row, on which all columns must agree.
 
@@ -273,13 +273,13 @@ def _check_boids(
     position.
     """
     boids = _lengths(table, "x", pa.float64())
-    numbers = sorted(set(names) - {"kind"})
+    numbers = sorted(set(columns) - {"kind"})
     lengths = {name: _lengths(table, name, pa.float64()) for name in numbers}
-    if "kind" in names:
+    if "kind" in columns:
         lengths["kind"] = _lengths(table, "kind", pa.int64())
     if boids.min() < 1 or any((length != boids).any() for length in lengths.values()):
-        raise ValueError(f"{', '.join(names)} have different numbers of boids")
-    for name in names:
+        raise ValueError(f"{', '.join(columns)} have different numbers of boids")
+    for name in columns:
         values = pc.list_flatten(table[name])
         allowed = pc.is_finite(values)
         if absent and pa.types.is_floating(values.type):
@@ -289,16 +289,16 @@ def _check_boids(
     return boids
 
 
-def _check_full(table: pa.Table, names: Iterable[str]) -> None:
-    for name in names:
+def _check_full(table: pa.Table, columns: Iterable[str]) -> None:
+    for name in columns:
         if table[name].null_count:
             raise ValueError(f'column "{name}" has empty cells')
 
 
 def _check_present(table: pa.Table, kinds: dict[str, pa.DataType]) -> None:
     """Raise ValueError if the table has any of these columns with a wrong type."""
-    names = table.column_names
-    _check_types(table, {name: kind for name, kind in kinds.items() if name in names})
+    columns = table.column_names
+    _check_types(table, {name: kind for name, kind in kinds.items() if name in columns})
 
 
 def _check_types(table: pa.Table, kinds: dict[str, pa.DataType]) -> None:
@@ -308,8 +308,8 @@ def _check_types(table: pa.Table, kinds: dict[str, pa.DataType]) -> None:
             raise ValueError(f'column "{name}" holds {stored}, not {kind}')
 
 
-def _check_numbers(table: pa.Table, names: Iterable[str]) -> None:
-    _check_types(table, dict.fromkeys(sorted(names), pa.float64()))
+def _check_numbers(table: pa.Table, columns: Iterable[str]) -> None:
+    _check_types(table, dict.fromkeys(sorted(columns), pa.float64()))
 
 
 def _integers(table: pa.Table, name: str) -> NDArray[np.int64]:

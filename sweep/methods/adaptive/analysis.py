@@ -63,8 +63,8 @@ def stopping(study: StoredStudy) -> pd.DataFrame:
         If the study has a fixed number of trials.
     """
     rule = rule_of(study)
-    names = list(rule.widths)
-    stored = study.trials.set_index("trial_id")[names]
+    metrics = list(rule.widths)
+    stored = study.trials.set_index("trial_id")[metrics]
     ids = study.plan["trial_id"].to_pandas()
     point = study.plan["point"].to_pandas()
     missing = (~ids.isin(stored.index)).groupby(point, sort=False).sum()
@@ -74,7 +74,7 @@ def stopping(study: StoredStudy) -> pd.DataFrame:
         rule,
         next(iter(study.repeated.values())),
         trials,
-        {name: values[name].to_numpy(np.float64) for name in names},
+        {name: values[name].to_numpy(np.float64) for name in metrics},
         distributions=study.distributions,
     )
     is_open = (missing.to_numpy() > 0) | (points.further > trials)

@@ -261,11 +261,11 @@ def _note(layout: Narrowing, widths: pd.DataFrame) -> str:
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
     """Return a figure per metric. Raises ChoiceError as `narrowing_figure`."""
-    names = choices.plain(study)
-    layouts = [narrowing_layout(study, name, by=choices.by) for name in names]
+    metrics = choices.plain(study)
+    layouts = [narrowing_layout(study, name, by=choices.by) for name in metrics]
     return [
         Planned(name, partial(draw_narrowing, layout))
-        for name, layout in zip(names, layouts, strict=True)
+        for name, layout in zip(metrics, layouts, strict=True)
     ]
 
 

@@ -99,15 +99,15 @@ def titles(comparison: Comparison) -> list[str]:
 
 def cells(comparison: Comparison, rows: pd.DataFrame) -> list[list[str]]:
     """Return the strings of some rows of a comparison, below its `titles`."""
-    names = telling(comparison.matching.settings)
-    return [_cells(row, names) for _, row in rows.iterrows()]
+    settings = telling(comparison.matching.settings)
+    return [_cells(row, settings) for _, row in rows.iterrows()]
 
 
-def _cells(row: "pd.Series[Any]", names: Sequence[str]) -> list[str]:
+def _cells(row: "pd.Series[Any]", settings: Sequence[str]) -> list[str]:
     within = [_chance(row["p_equivalent"])] if "p_equivalent" in row else []
     return [
         metric_named(row),
-        *(brief(row[name]) for name in names),
+        *(brief(row[name]) for name in settings),
         *_means(row),
         _chance(row["p"]),
         _short(row["hedges_g"]),

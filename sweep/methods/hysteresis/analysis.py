@@ -88,9 +88,9 @@ def find_loops(
     for name in as_names(metrics):
         study.check_metric(name)
     half = is_half(over, half)
-    names = [str(Column(name, half)) for name in as_names(metrics) or study.metrics]
+    columns = [str(Column(name, half)) for name in as_names(metrics) or study.metrics]
     axis = continued["axis"]
-    return [group for name in names for group in _loops(study, axis, name)]
+    return [group for name in columns for group in _loops(study, axis, name)]
 
 
 def _loops(study: StoredStudy, axis: str, column: str) -> Iterator[FoundLoop]:

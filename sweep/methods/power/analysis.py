@@ -378,8 +378,10 @@ def _now(side: Side, column: str) -> pd.DataFrame:
         repeated=study.repeated,
         distributions=study.distributions,
     )
-    names = {column: "mean", f"{column}_low": "low", f"{column}_high": "high"}
-    return means.set_axis(trials["point"].unique())[[*names]].rename(columns=names)
+    new_names = {column: "mean", f"{column}_low": "low", f"{column}_high": "high"}
+    return means.set_axis(trials["point"].unique())[[*new_names]].rename(
+        columns=new_names
+    )
 
 
 def _goal(goal: Goal, column: str, study: StoredStudy, size: Width) -> dict[str, str]:

@@ -181,7 +181,7 @@ def mean_profiles(
     ]
 
 
-def chosen_profiles(study: StoredStudy, names: Sequence[str] = ()) -> list[str]:
+def chosen_profiles(study: StoredStudy, profiles: Sequence[str] = ()) -> list[str]:
     """Return the named profiles of a study, or all.
 
     Raises ChoiceError if no profile is stored, or a name is not recorded.
@@ -194,10 +194,10 @@ def chosen_profiles(study: StoredStudy, names: Sequence[str] = ()) -> list[str]:
             " the spec records profiles, which `sweep metrics` lists",
             study.name,
         )
-    for name in names:
+    for name in profiles:
         if name not in recorded:
             raise ChoiceError(unknown("profile", name, recorded), study.name)
-    return list(names) or recorded
+    return list(profiles) or recorded
 
 
 def profile_units(study: StoredStudy, name: str) -> tuple[str, str]:

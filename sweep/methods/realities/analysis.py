@@ -238,7 +238,7 @@ def _equal(plan: pd.DataFrame, values: dict[str, object]) -> NDArray[np.bool_]:
 
 
 def _numbered(
-    plan: pd.DataFrame, names: Sequence[str], chosen: NDArray[np.bool_] | None = None
+    plan: pd.DataFrame, columns: Sequence[str], chosen: NDArray[np.bool_] | None = None
 ) -> tuple[NDArray[np.intp], pd.DataFrame]:
     """Return the number of the combination of some columns, and the combinations.
 
@@ -248,12 +248,12 @@ def _numbered(
     part = plan if chosen is None else plan[chosen]
     numbers = np.full(len(plan), -1, np.intp)
     places = np.arange(len(plan)) if chosen is None else np.flatnonzero(chosen)
-    if not names:
+    if not columns:
         numbers[places] = 0
         return numbers, pd.DataFrame(index=[0])
-    groups = part.groupby([*names], sort=False)
+    groups = part.groupby([*columns], sort=False)
     numbers[places] = groups.ngroup().to_numpy()
-    return numbers, part[[*names]].drop_duplicates().reset_index(drop=True)
+    return numbers, part[[*columns]].drop_duplicates().reset_index(drop=True)
 
 
 def reality_gap(

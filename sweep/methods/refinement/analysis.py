@@ -74,8 +74,8 @@ class Boundary(NamedTuple):
     @property
     def settings(self) -> list[str]:
         """The parameters by which groups differ."""
-        names = list(self.points.columns)
-        return names[1 : names.index(next(iter(self.rule.scales)))]
+        columns = list(self.points.columns)
+        return columns[1 : columns.index(next(iter(self.rule.scales)))]
 
     @property
     def crossed(self) -> frozenset[int]:

@@ -151,13 +151,13 @@ class _Grid:
         return Axis("points", columns, place=("refine",))
 
 
-def _rows(design: Design, names: Sequence[str]) -> list[tuple[Value, ...]]:
+def _rows(design: Design, settings: Sequence[str]) -> list[tuple[Value, ...]]:
     """Return the values of parameters at each point, as plain Python values."""
     count = design.n_points
     columns = [
         design.columns[name].tolist()
         if name in design.columns
         else [design.base[name]] * count
-        for name in names
+        for name in settings
     ]
     return list(zip(*columns, strict=True))

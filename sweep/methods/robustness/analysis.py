@@ -154,8 +154,8 @@ def check_conclusions(
         raise ChoiceError(
             f"confidence: {confidence:g}; allowed: from 0.5 to below 1, such as 0.95"
         )
-    names = as_names(metrics) or study.metrics
-    for name in names:
+    chosen = as_names(metrics) or study.metrics
+    for name in chosen:
         study.check_metric(name)
     descriptions = {record["name"]: record["words"] for record in recorded}
     variants = {
@@ -167,7 +167,7 @@ def check_conclusions(
         if (compared := _bits(study, variant))
     }
     pairs = _pairs(study)
-    columns = [str(Column(name, half)) for name in names]
+    columns = [str(Column(name, half)) for name in chosen]
     judged = _judged(study, variants, bits, columns, pairs=pairs, confidence=confidence)
     rows = _repeated(_rows(study, columns, pairs), len(variants) + 1)
     rows = pd.concat([rows, judged], axis="columns")
@@ -320,10 +320,12 @@ def _judged(
     table = judge(family, Inference(confidence, "bonferroni"))[list(ESTIMATED)]
     conclusions = len(columns) * len(pairs.points)
     first = {name: number * conclusions for number, name in enumerate(judged)}
-    names = [AS_IT_IS, *variants]
-    order = [first.get(name, 0) + row for row in range(conclusions) for name in names]
+    versions = [AS_IT_IS, *variants]
+    order = [
+        first.get(name, 0) + row for row in range(conclusions) for name in versions
+    ]
     table = table.iloc[order].reset_index(drop=True)
-    table.insert(0, "variant", names * conclusions)
+    table.insert(0, "variant", versions * conclusions)
     return table
 
 

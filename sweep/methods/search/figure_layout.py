@@ -204,10 +204,10 @@ def best_of(judged: pd.DataFrame, pair: Sequence[Objective]) -> pd.DataFrame:
 
     The rows are in ascending order of the first objective.
     """
-    names = [objective.column for objective in pair]
+    metrics = [objective.column for objective in pair]
     maximize = [objective.maximize for objective in pair]
-    front = nondominated(judged[names].to_numpy(np.float64), maximize)
-    return judged[front].sort_values(names[0])
+    front = nondominated(judged[metrics].to_numpy(np.float64), maximize)
+    return judged[front].sort_values(metrics[0])
 
 
 def front_note(study: StoredStudy, asked_trials: AskedTrials) -> str:

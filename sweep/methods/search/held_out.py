@@ -106,14 +106,14 @@ def winners(asked_trials: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
                     optimism,
                 )
             )
-    names = [
+    columns = [
         "candidate",
         "objective",
         *_interval_columns("search"),
         *_interval_columns("held_out"),
         "optimism",
     ]
-    table = pd.DataFrame(rows, columns=names)
+    table = pd.DataFrame(rows, columns=columns)
     table["violation"] = [
         _violation(asked_trials, judged, number) for number in table["candidate"]
     ]

@@ -111,8 +111,8 @@ def known_trials(
         status = "failed" if values is None else "done"
         cells = values or [None] * len(known_values.columns)
         rows.append([*where, job.trial_id, *settings, status, *cells])
-    names = [*COLUMNS.names, *parameters, "status", *known_values.columns]
-    return AskedTrials(pd.DataFrame(rows, columns=names), description, distributions)
+    columns = [*COLUMNS.names, *parameters, "status", *known_values.columns]
+    return AskedTrials(pd.DataFrame(rows, columns=columns), description, distributions)
 
 
 def _plan(study: Study, jobs: Iterable[Job], origin: Origin) -> pa.Table:
