@@ -361,8 +361,8 @@ def view(
     from sweep.own_code import named_model
     from sweep.web import live
 
-    name, known = named_model(model) if model else (None, BUILT_IN)
-    return live(name, preset, seed, settings, known=known)
+    name, catalogue = named_model(model) if model else (None, BUILT_IN)
+    return live(name, preset, seed, settings, catalogue=catalogue)
 
 
 def replay(study: "LoadedStudy", trial: str) -> "View":

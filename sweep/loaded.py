@@ -408,14 +408,14 @@ class LoadedStudy(StoredStudy):
                  metric  area   low  high  chains
         0  polarization  0.09 -0.67  0.85       3
         """
-        known = {
+        reports = {
             make.__name__: make
             for method in methods().values()
             for make in method.reports
         }
-        if name not in known:
-            raise ChoiceError(unknown("report", name, known), self.name)
-        report: Report = known[name](self, **options)
+        if name not in reports:
+            raise ChoiceError(unknown("report", name, reports), self.name)
+        report: Report = reports[name](self, **options)
         return report
 
     def export(

@@ -413,7 +413,7 @@ def statistic(monkeypatch: pytest.MonkeyPatch) -> None:
         inner_mean,
         "the mean of what lies inside",
         takes_share=True,
-        words="inner mean",
+        label="inner mean",
         tail=lambda share: share / 2,
     )
     monkeypatch.setitem(STATISTICS, "trimmed", trimmed)
@@ -605,7 +605,7 @@ def test_a_statistic_under_another_name_races_and_judges_alike(
     name: str, written: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     about = STATISTICS[name]
-    twin = replace(about, words=about.words or name)
+    twin = replace(about, label=about.label or name)
     monkeypatch.setitem(STATISTICS, "twin", twin)
     spec = SOUGHT.replace("BOUND", f"at_least: -9, statistic: {written}")
     spec = edited(spec, ("maximize: mean", f"maximize: {written}"))

@@ -214,7 +214,7 @@ def _map_size(size: tuple[float, float] | None, unit: str) -> str:
 def columns_page() -> str:
     """The columns of each table, of a study that records everything."""
     study = study_of(SHOWN)
-    model = study.known.models[study.model]
+    model = study.catalogue.models[study.model]
     tables = {
         "trials": ("one row a trial", trials_schema(study, {})),
         "series": ("one row a recorded frame", series_schema(study, {})),

@@ -142,9 +142,9 @@ class MeanEstimate:
         Every sample needs two values. A constant sample also needs a bounded range or
         values that are events.
         """
-        known = all(bool(_as_arrays(sample).bounded) for sample in self.samples)
+        bounded = all(bool(_as_arrays(sample).bounded) for sample in self.samples)
         return min(sample.n for sample in self.samples) > 1 and (
-            known or self.distribution in EVENTS or not self.constant
+            bounded or self.distribution in EVENTS or not self.constant
         )
 
     def interval(
@@ -477,12 +477,12 @@ def mean_estimate(
     >>> [round(bound, 3) for bound in estimate.interval(0.9)]
     [-0.005, 0.077]
     """
-    known = [array[~np.isnan(array)] for array in reversed(values)]
-    of, support = _declared(distribution, known)
+    samples = [array[~np.isnan(array)] for array in reversed(values)]
+    of, support = _declared(distribution, samples)
     return MeanEstimate(
-        tuple(_sample(sample, support) for sample in known),
+        tuple(_sample(sample, support) for sample in samples),
         of,
-        support=support if len(known) == 1 else support.of_differences,
+        support=support if len(samples) == 1 else support.of_differences,
     )
 
 
@@ -538,8 +538,8 @@ def _declared(
     The support is ANYWHERE if any value is outside the declared support.
     """
     of, support = in_full(declared)
-    known = np.concatenate(samples)
-    held = not len(known) or support.holds(known.min(), known.max())
+    pooled = np.concatenate(samples)
+    held = not len(pooled) or support.holds(pooled.min(), pooled.max())
     return of, support if held else ANYWHERE
 
 

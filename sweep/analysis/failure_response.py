@@ -88,12 +88,12 @@ def resilience(pairs: list[Recovery]) -> Resilience:
     The intervals are for skewed values, and for a proportion in `recovered`. Pairs with
     NaN in `retained` do not count.
     """
-    known = np.array([pair for pair in pairs if np.isfinite(pair.retained)]).reshape(
+    finite = np.array([pair for pair in pairs if np.isfinite(pair.retained)]).reshape(
         -1, 2
     )
-    back = np.isfinite(known[:, 1])
+    back = np.isfinite(finite[:, 1])
     return Resilience(
-        retained=mean_interval(known[:, 0], distribution="skewed"),
+        retained=mean_interval(finite[:, 0], distribution="skewed"),
         recovered=mean_interval(back.astype(float), distribution="proportion"),
-        time=mean_interval(known[back, 1], distribution="skewed"),
+        time=mean_interval(finite[back, 1], distribution="skewed"),
     )

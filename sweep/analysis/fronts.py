@@ -25,11 +25,11 @@ def nondominated(values: Floats, maximize: Sequence[bool]) -> NDArray[np.bool_]:
     """
     from moocore import is_nondominated
 
-    known = ~np.isnan(values).any(axis=1)
+    complete = ~np.isnan(values).any(axis=1)
     front = np.zeros(len(values), np.bool_)
-    if known.any():
-        front[known] = is_nondominated(
-            values[known], maximise=list(maximize), keep_weakly=True
+    if complete.any():
+        front[complete] = is_nondominated(
+            values[complete], maximise=list(maximize), keep_weakly=True
         )
     return front
 
@@ -57,10 +57,10 @@ def hypervolume(values: Floats, reference: Floats, maximize: Sequence[bool]) -> 
     """
     from moocore import hypervolume as volume
 
-    known = values[~np.isnan(values).any(axis=1)]
+    complete = values[~np.isnan(values).any(axis=1)]
     return (
-        float(volume(known, ref=reference, maximise=list(maximize)))
-        if len(known)
+        float(volume(complete, ref=reference, maximise=list(maximize)))
+        if len(complete)
         else 0.0
     )
 

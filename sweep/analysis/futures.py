@@ -181,29 +181,29 @@ def _possible(skewness: Floats, n: Floats) -> Floats:
 
 
 def _normal_spread(pilots: Pilots, n: Floats, chance: float, times: Times) -> Floats:
-    known = pilots.samples
-    left = _fewer(known.skewness**2) * times
-    return known.variance * _f_quantile(n, known.n, chance, left)
+    samples = pilots.samples
+    left = _fewer(samples.skewness**2) * times
+    return samples.variance * _f_quantile(n, samples.n, chance, left)
 
 
 def _normal_mean(pilots: Pilots, n: Floats, spread: Floats, chance: float) -> Floats:
-    known = pilots.samples
-    error = np.sqrt(known.variance / _both(pilots, n))
-    return known.mean + _t_quantile(known.n, chance) * error + 0.0 * spread
+    samples = pilots.samples
+    error = np.sqrt(samples.variance / _both(pilots, n))
+    return samples.mean + _t_quantile(samples.n, chance) * error + 0.0 * spread
 
 
 def _normal_moments(pilots: Pilots, n: Floats, mean: Floats, spread: Floats) -> Samples:
     """Return moments of normal values; mostly equal if the pilot is mostly equal."""
-    known = pilots.samples
+    samples = pilots.samples
     infinite = np.full_like(mean, np.inf)
     return Samples(
         mean=mean,
         variance=spread,
         n=n,
-        skewness=_possible(known.skewness, n),
-        least=np.where(known.mostly_alike, known.least, -infinite),
+        skewness=_possible(samples.skewness, n),
+        least=np.where(samples.mostly_alike, samples.least, -infinite),
         largest=infinite,
-        alike=np.minimum(known.alike / known.n * n, n - NOT_ALIKE),
+        alike=np.minimum(samples.alike / samples.n * n, n - NOT_ALIKE),
     )
 
 
@@ -235,11 +235,11 @@ def _log_mean(pilots: Pilots, n: Floats, spread: Floats, chance: float) -> Float
 
     A larger variance also means a larger mean.
     """
-    known = pilots.samples
+    samples = pilots.samples
     usual = pilots.log_variance
     error = np.sqrt(np.expm1(usual) / _both(pilots, n))
-    off = _t_quantile(known.n, chance) * error + (spread - usual) / 2.0
-    return np.asarray(known.mean * np.exp(off))
+    off = _t_quantile(samples.n, chance) * error + (spread - usual) / 2.0
+    return np.asarray(samples.mean * np.exp(off))
 
 
 def _log_moments(_: Pilots, n: Floats, mean: Floats, spread: Floats) -> Samples:
@@ -262,18 +262,18 @@ SKEWED = Prediction(_log_spread, _log_mean, _log_moments, widest=np.inf, least=0
 
 def _count_dispersion(pilots: Pilots) -> Floats:
     """Return variance / mean; 1 if there was no event."""
-    known = pilots.samples
-    return np.where(known.mean > 0.0, known.variance / known.mean, 1.0)
+    samples = pilots.samples
+    return np.where(samples.mean > 0.0, samples.variance / samples.mean, 1.0)
 
 
 def _count_spread(pilots: Pilots, n: Floats, chance: float, times: Times) -> Floats:
-    known = pilots.samples
+    samples = pilots.samples
     spread = _count_dispersion(pilots)
     more = np.maximum(1.0, spread)
     beyond = ((2.0 * more - 1.0) ** 2 / more - 1.0) / np.maximum(
-        known.mean, 1.0 / known.n
+        samples.mean, 1.0 / samples.n
     )
-    factor = _f_quantile(n, known.n, chance, _fewer(beyond) * times)
+    factor = _f_quantile(n, samples.n, chance, _fewer(beyond) * times)
     return np.asarray(spread * factor)
 
 
@@ -304,13 +304,13 @@ COUNT = Prediction(_count_spread, _count_mean, _count_moments, widest=np.inf, le
 def _fraction_spread(
     pilots: Pilots, n: Floats, chance: float, times: Times, total: float
 ) -> Floats:
-    known = pilots.samples
-    mean = known.mean / total
+    samples = pilots.samples
+    mean = samples.mean / total
     largest = mean * (1.0 - mean)
-    part = known.variance / total**2 * (known.n - 1.0) / known.n / largest
-    single = ~((known.variance > 0.0) & (part < SINGLE_DRAWS))
+    part = samples.variance / total**2 * (samples.n - 1.0) / samples.n / largest
+    single = ~((samples.variance > 0.0) & (part < SINGLE_DRAWS))
     left = _fewer(_fraction_skewness(mean, part) ** 2) * times
-    factor = _f_quantile(n, known.n, chance, left)
+    factor = _f_quantile(n, samples.n, chance, left)
     return np.where(single, 1.0, np.minimum(1.0, part * factor))
 
 
@@ -386,12 +386,12 @@ def _where(fits: Callable[[Samples], Mask], prediction: Prediction) -> Predictio
     return prediction._replace(spread=spread, mean=mean, moments=moments)
 
 
-def _from_to(least: float, most: float, known: Samples) -> Mask:
-    return np.asarray((known.least >= least) & (known.largest <= most))
+def _from_to(least: float, most: float, samples: Samples) -> Mask:
+    return np.asarray((samples.least >= least) & (samples.largest <= most))
 
 
-def _positive(known: Samples) -> Mask:
-    return np.asarray(known.least > 0.0)
+def _positive(samples: Samples) -> Mask:
+    return np.asarray(samples.least > 0.0)
 
 
 PREDICTIONS: Mapping[Distribution, Prediction] = MappingProxyType(

@@ -207,21 +207,21 @@ def quantile_interval(
             f"probability: {probability}; allowed: above 0 and below 1"
             " (0.5 is the median)"
         )
-    known = _known(values)
-    if len(known) < 2:
+    numbers = _known(values)
+    if len(numbers) < 2:
         return Interval(
-            float(known[0]) if len(known) else np.nan, np.nan, np.nan, len(known)
+            float(numbers[0]) if len(numbers) else np.nan, np.nan, np.nan, len(numbers)
         )
-    value = float(np.quantile(known, probability))
+    value = float(np.quantile(numbers, probability))
     if interval == "order":
-        low, high = _order_bounds(len(known), probability, confidence)
-        ordered = [np.nan, *np.sort(known), np.nan]
-        return Interval(value, float(ordered[low]), float(ordered[high]), len(known))
+        low, high = _order_bounds(len(numbers), probability, confidence)
+        ordered = [np.nan, *np.sort(numbers), np.nan]
+        return Interval(value, float(ordered[low]), float(ordered[high]), len(numbers))
     statistic = partial(np.quantile, q=probability)
     return Interval(
         value,
-        *resampled_interval(known, statistic, confidence, "percentile"),
-        len(known),
+        *resampled_interval(numbers, statistic, confidence, "percentile"),
+        len(numbers),
     )
 
 

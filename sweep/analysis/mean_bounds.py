@@ -297,8 +297,8 @@ def mean_bounds(
         (k,) each. NaN for samples of fewer than two values, and for constant samples of
         values that have no bounded range and are not events.
     """
-    known = Samples(*(np.asarray(moment, np.float64) for moment in samples))
-    several = known._replace(n=np.where(known.n > 1, known.n, np.nan))
+    arrays = Samples(*(np.asarray(moment, np.float64) for moment in samples))
+    several = arrays._replace(n=np.where(arrays.n > 1, arrays.n, np.nan))
     with np.errstate(all="ignore"):
         return BOUNDS[distribution](several, np.asarray(tail, np.float64))
 

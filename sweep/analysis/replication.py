@@ -346,8 +346,8 @@ def values_for_width(
     distribution, support = in_full(declared)
     moments = pilots_of(pilots, distribution)
     tail = (1.0 - confidence) / 2.0
-    known = moments.samples
-    if not np.all(support.holds(known.least, known.largest) | (known.n == 0.0)):
+    samples = moments.samples
+    if not np.all(support.holds(samples.least, samples.largest) | (samples.n == 0.0)):
         support = ANYWHERE
     goal = WidthGoal(
         pilots=moments,
@@ -357,7 +357,7 @@ def values_for_width(
         support=support,
     )
     caveat = _caveats([moments], distribution)
-    hopeless = (known.mean == 0.0) & width.relative
+    hopeless = (samples.mean == 0.0) & width.relative
     return _needed(goal, chance, caveat, hopeless)
 
 

@@ -208,14 +208,14 @@ def max_t(differences: ArrayLike, confidence: float = CONFIDENCE) -> Simultaneou
             "max_t: a value is missing or infinite; leave incomplete replicates out"
         )
     alike = equal(values, np.median(values, axis=0)).sum(axis=0)
-    known = np.flatnonzero(n - alike > ONE_APART)
+    varying = np.flatnonzero(n - alike > ONE_APART)
     mean = values.mean(axis=0)
     half, p = np.full((2, len(mean)), np.nan)
-    if len(known):
-        error = values[:, known].std(axis=0, ddof=1) / np.sqrt(n)
-        centred = values[:, known] - mean[known]
+    if len(varying):
+        error = values[:, varying].std(axis=0, ddof=1) / np.sqrt(n)
+        centred = values[:, varying] - mean[varying]
         largest = np.abs(student_statistics(centred)).max(axis=1)
-        half[known] = np.quantile(largest, confidence, method="higher") * error
-        reached = largest[:, None] >= np.abs(ratio(mean[known], error))
-        p[known] = (reached.sum(axis=0) + 1.0) / (len(largest) + 1.0)
+        half[varying] = np.quantile(largest, confidence, method="higher") * error
+        reached = largest[:, None] >= np.abs(ratio(mean[varying], error))
+        p[varying] = (reached.sum(axis=0) + 1.0) / (len(largest) + 1.0)
     return Simultaneous(mean, mean - half, mean + half, p)

@@ -120,7 +120,7 @@ def collapse(
         return _none("all trials of a point have equal order")
     exponents = _improved(data, _first(data))
     distances = _distances(data, exponents)
-    known = np.isfinite(distances)
+    finite = np.isfinite(distances)
     rng = np.random.default_rng(RESAMPLING_SEED)
     again = np.array(
         [
@@ -141,8 +141,8 @@ def collapse(
         place=parts[0],
         inverse_nu=parts[1],
         beta_nu=parts[2],
-        quality=float(np.mean(distances[known] ** 2)),
-        compared=float(known.mean()),
+        quality=float(np.mean(distances[finite] ** 2)),
+        compared=float(finite.mean()),
     )
 
 
@@ -199,18 +199,18 @@ def _distances(data: Scaled, exponents: Floats) -> Floats:
     y = data.order * lengths**beta_nu
     error = data.error * lengths**beta_nu
     near, weights = _neighbours(data, x, 1.0 / error)
-    known = (weights > 0.0).sum(axis=1) >= len(SIDES)
+    enclosed = (weights > 0.0).sum(axis=1) >= len(SIDES)
     apart = np.where(weights > 0.0, x[near] - x[:, None], 0.0)
     apart /= np.maximum(np.abs(apart).max(axis=1, keepdims=True), np.finfo(float).tiny)
     # The cubic is centred at the point, so the level is the value at the point.
     rows = weights[..., None] * apart[..., None] ** POWERS
     squares = np.einsum("pij,pik->pjk", rows, rows)
-    squares[~known] = np.eye(len(POWERS))
+    squares[~enclosed] = np.eye(len(POWERS))
     ridge = RIDGE * np.trace(squares, axis1=1, axis2=2)
     inverse = np.linalg.inv(squares + ridge[:, None, None] * np.eye(len(POWERS)))[:, 0]
     level = np.einsum("pj,pij,pi->p", inverse, rows, weights * y[near])
     distances: Floats = (y - level) / np.sqrt(error**2 + inverse[:, 0])
-    return np.where(known, distances, np.nan)
+    return np.where(enclosed, distances, np.nan)
 
 
 def _neighbours(
@@ -255,12 +255,12 @@ def _residuals(exponents: Floats, data: Scaled) -> Floats:
     outside the allowed range.
     """
     distances = _distances(data, exponents)
-    known = np.isfinite(distances)
+    finite = np.isfinite(distances)
     place, inverse_nu, _ = exponents
     within = data.x.min() <= place <= data.x.max() and inverse_nu > 0.0
-    if known.mean() < LEAST_OVERLAP or not within:
+    if finite.mean() < LEAST_OVERLAP or not within:
         return np.full(len(distances), APART)
-    parts: Floats = np.where(known, distances, 0.0) / np.sqrt(known.sum())
+    parts: Floats = np.where(finite, distances, 0.0) / np.sqrt(finite.sum())
     return parts
 
 

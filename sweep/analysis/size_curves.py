@@ -217,9 +217,9 @@ def _crossings(
     larger = large.binder.at(second)
     difference = larger.minus(smaller)
     sides = difference.sides(simultaneous_confidence(len(x), confidence))
-    known = np.flatnonzero(sides)
+    nonzero = np.flatnonzero(sides)
     crossings = []
-    for left, right in pairwise(known.tolist()):
+    for left, right in pairwise(nonzero.tolist()):
         if sides[left] == sides[right]:
             continue
         part = slice(left, right + 1)

@@ -137,7 +137,10 @@ class _Campaign(Generic[P]):
     def run(self, *, retry: bool) -> None:
         """Run round after round, then merge the parts."""
         self.stored = StoredTrials(
-            self.store, self.strategy.looks_at, known=self.study.known, retry=retry
+            self.store,
+            self.strategy.looks_at,
+            catalogue=self.study.catalogue,
+            retry=retry,
         )
         self.progress.apart = len(self.stored.table)
         if self.strategy.grows:
@@ -182,9 +185,9 @@ class _Campaign(Generic[P]):
         _, final = self.stored.ask(requested.ids)
         if not final.all() and self.recordings:
             jobs = requested.jobs_at(np.flatnonzero(~final))
-            known = self.stored.known
+            ids = self.stored.ids
             done = self.stored.done
-            new = served(self.study, jobs, self.recordings, known, done=done)
+            new = served(self.study, jobs, self.recordings, ids, done=done)
             serving = serving.also(new)
             self.twins += twins(
                 self.store, self.study, jobs, self.recordings, served=new
@@ -227,7 +230,7 @@ class _Campaign(Generic[P]):
         return requested.jobs_at(missing)
 
     def _publish(self, plan: Callable[[Origin], PlanTables]) -> None:
-        keep_code(self.store, self.study.known)
+        keep_code(self.store, self.study.catalogue)
         self.store.write_plan(*plan(self.origin))
         if not self.spec_is_written:
             self.store.write_spec(self.study.text)

@@ -36,18 +36,18 @@ class FurtherMetrics:
         self._files = [(Path(match["path"]), match["name"]) for match in files if match]
         self._catalogues = dict[str, Catalogue]()
         self._written = dict[str, str]()
-        known = self.known(study.provenance)
+        catalogue = self.catalogue(study.provenance)
         named = [text for text in plain if not FILE.fullmatch(text)]
         names = dict.fromkeys([*named, *self._written])
         self.metrics = [name for name in names if name not in recorded]
         wrong = [
-            unknown("metric", name, known.metrics)
+            unknown("metric", name, catalogue.metrics)
             for name in self.metrics
-            if name not in known.metrics
+            if name not in catalogue.metrics
         ]
         if wrong:
-            words = f"{'; '.join(wrong)}; `sweep metrics` lists them"
-            raise ChoiceError(words, study.name)
+            message = f"{'; '.join(wrong)}; `sweep metrics` lists them"
+            raise ChoiceError(message, study.name)
         texts = {name.strip(): text.strip() for name, _, text in derive}
         known_texts = expressions(study.store.schema("trials")) if derive else {}
         self.derive = {
@@ -56,21 +56,21 @@ class FurtherMetrics:
             if name not in recorded or known_texts.get(name) != text
         }
         if taken := self.derive.keys() & recorded:
-            words = f"{min(taken)} is recorded already: choose another name"
-            raise ChoiceError(words, study.name)
+            message = f"{min(taken)} is recorded already: choose another name"
+            raise ChoiceError(message, study.name)
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of all metrics, measured and derived."""
         return (*self.metrics, *self.derive)
 
-    def known(self, origin: Mapping[str, Any]) -> Catalogue:
+    def catalogue(self, origin: Mapping[str, Any]) -> Catalogue:
         """Return the catalogue for trials of an origin, with the requested files."""
         sha = str(origin["own"]["sha"]) if "own" in origin else ""
         if sha not in self._catalogues:
-            known = self.study.running(origin)
+            catalogue = self.study.running(origin)
             self._catalogues[sha] = (
-                self._joined(known, origin) if self._files else known
+                self._joined(catalogue, origin) if self._files else catalogue
             )
         return self._catalogues[sha]
 
@@ -79,20 +79,20 @@ class FurtherMetrics:
 
         Raises ChoiceError if the model of the trial does not support the metrics.
         """
-        known = self.known(stored.provenance)
+        catalogue = self.catalogue(stored.provenance)
         before = stored.record
         metrics = dict.fromkeys([*stored.metrics, *self.metrics])
         derive = {**stored.derive, **self.derive}
         record = (
             before | {"metrics": [*metrics]} | ({"derive": derive} if derive else {})
         )
-        check_recorded(self.study.name, known, stored, record)
+        check_recorded(self.study.name, catalogue, stored, record)
         return record
 
     def spec(self) -> str:
         """Return the text of the last launched spec, with the further metrics."""
         origin = self.study.provenance
-        usual = self.known(origin).models[origin["model"]].metrics
+        usual = self.catalogue(origin).models[origin["model"]].metrics
         written = [self._written.get(name, name) for name in self.metrics]
         return with_metrics(self.study.spec, usual, written, self.derive)
 
@@ -102,16 +102,16 @@ class FurtherMetrics:
         keys = [("metrics", self.metrics), ("derive", self.derive)]
         return {key: record[key] for key, some in keys if some}
 
-    def _joined(self, known: Catalogue, origin: Mapping[str, Any]) -> OwnCatalogue:
+    def _joined(self, catalogue: Catalogue, origin: Mapping[str, Any]) -> OwnCatalogue:
         """Return a catalogue with the files, and note the names of metrics in files."""
         if "own" in origin and not is_ours(origin):
-            words = (
+            message = (
                 "another user has launched the study with custom code, to which your"
                 " files cannot be added: launch the study yourself, with the metric in"
                 " the spec"
             )
-            raise ChoiceError(words, self.study.name)
-        code = known.code if isinstance(known, OwnCatalogue) else None
+            raise ChoiceError(message, self.study.name)
+        code = catalogue.code if isinstance(catalogue, OwnCatalogue) else None
         spec = Path(str(origin.get("spec_path", "")))
         joined, origins = with_files(code, spec, [path for path, _ in self._files])
         for file, (_, metric) in zip(origins, self._files, strict=True):
@@ -121,8 +121,8 @@ class FurtherMetrics:
                 if kind == "metrics" and source == file
             ]
             if not offers or (metric and metric not in offers):
-                words = unknown(f"metric of {file}", metric or "METRICS", offers)
-                raise ChoiceError(words, self.study.name)
+                message = unknown(f"metric of {file}", metric or "METRICS", offers)
+                raise ChoiceError(message, self.study.name)
             for name in [metric] if metric else offers:
                 self._written[name] = joined.written("metrics", name)
         return joined

@@ -165,8 +165,8 @@ def measure(
         further = FurtherMetrics(study, requested)
         relisted = _relist(study)
         if not (further.names or relisted):
-            words = f"{', '.join(requested)}: recorded already, see `sweep table`"
-            raise ChoiceError(words, name)
+            message = f"{', '.join(requested)}: recorded already, see `sweep table`"
+            raise ChoiceError(message, name)
         measuring = _Measuring(study, further, executor, report)
         return measuring.run(lock) if further.names else measuring.done([])
 
@@ -233,8 +233,8 @@ class _Measuring:
         self.executor = executor
         self.report = report
         if study.code is None:
-            words = "a version before 0.7 launched the study"
-            raise StoreError(f"{words}: {self._launch}", study.name)
+            reason = "a version before 0.7 launched the study"
+            raise StoreError(f"{reason}: {self._launch}", study.name)
         self.statuses = self.store.trial_ids()
         self.trials: list[str] = study.plan["trial_id"].to_pylist()
         self.ended = [
@@ -290,13 +290,13 @@ class _Measuring:
         maps = self.study.maps
         first = trials[0]
         if first.keeps_state:
-            words = "the trials record last states, which lack further metrics"
-            raise ChoiceError(f"{words}: {self._launch}", name)
-        known = self.further.known(first.provenance)
-        before, _ = stored_point(name, known, maps, first, record=first.record)
+            reason = "the trials record last states, which lack further metrics"
+            raise ChoiceError(f"{reason}: {self._launch}", name)
+        catalogue = self.further.catalogue(first.provenance)
+        before, _ = stored_point(name, catalogue, maps, first, record=first.record)
         record = self.further.record(first)
         for stored in trials:
-            study, job = stored_point(name, known, maps, stored, record=record)
+            study, job = stored_point(name, catalogue, maps, stored, record=record)
             former = replace(study, record=before.record)
             ids = [
                 ids_recording(variant, [job], Recording.of(variant))
@@ -316,8 +316,8 @@ class _Measuring:
     @property
     def _launch(self) -> str:
         """Fix for trials that must run again, in words."""
-        names = ", ".join(self.further.names)
-        return f'add {names} under "record" of the spec, and launch the spec'
+        metrics = ", ".join(self.further.names)
+        return f'add {metrics} under "record" of the spec, and launch the spec'
 
     def _is_stored(self, point: _Point) -> bool:
         return self.statuses.get(point.job.trial_id) in ENDED
@@ -375,12 +375,14 @@ class _Measuring:
         record = point.study.record
         series = stored.tables.get("series", {})
         for name in sources(record, point.missing, series)[0]:
-            if lacking := what_lacks(point.study.known.metrics[name], record.every):
-                words = f"{name} needs {lacking}; trajectories lack this information"
-                raise ChoiceError(f"{words}: {self._launch}", self.study.name)
+            if lacking := what_lacks(point.study.catalogue.metrics[name], record.every):
+                reason = f"{name} needs {lacking}; trajectories lack this information"
+                raise ChoiceError(f"{reason}: {self._launch}", self.study.name)
             if "trajectories" not in stored.tables:
-                words = f"{name} needs trajectories, and the study stores no trajectory"
-                raise ChoiceError(f"{words}: {self._launch}", self.study.name)
+                reason = (
+                    f"{name} needs trajectories, and the study stores no trajectory"
+                )
+                raise ChoiceError(f"{reason}: {self._launch}", self.study.name)
 
     def _checked(self, result: Remeasured, trial: str) -> dict[str, float]:
         """Return the further columns of a trial.
@@ -388,14 +390,14 @@ class _Measuring:
         Raises the errors of `measure` if a value is missing.
         """
         if result.need:
-            words = (
+            reason = (
                 f"{result.need[0]} needs more than trajectories have: counted events,"
                 " or the velocities one step earlier"
             )
-            raise ChoiceError(f"{words}: {self._launch}", self.study.name)
+            raise ChoiceError(f"{reason}: {self._launch}", self.study.name)
         if result.wrong:
-            words = f"trial {trial} cannot be measured: {result.wrong}"
-            raise StoreError(words, self.study.name)
+            reason = f"trial {trial} cannot be measured: {result.wrong}"
+            raise StoreError(reason, self.study.name)
         means = {
             str(Column(name, half=True)): mean for name, mean in result.mean.items()
         }
@@ -416,26 +418,26 @@ class _Measuring:
         n = int(job.settings["n"])
         series = tables.get("series", {})
         flight = tables.get("trajectories", {})
-        names = [name for name in series if name != "frame"]
-        state = [*job.known.models[job.model].state] if flight else []
+        metrics = [name for name in series if name != "frame"]
+        state = [*job.catalogue.models[job.model].state] if flight else []
         try:
-            values = _in_frames(series, names, steps, 1)
+            values = _in_frames(series, metrics, steps, 1)
             bodies = _in_frames(flight, FLIGHT if flight else (), steps, n)
             states = _in_frames(flight, state, steps, n)
             if not (np.isfinite(bodies).all() and np.isfinite(states).all()):
                 raise ValueError("a number is not finite")
         except ValueError as error:
-            words = f"the frames of trial {point.stored.row['trial_id']} are damaged"
-            message = f"{words}, {error}: {self._launch}"
+            reason = f"the frames of trial {point.stored.row['trial_id']} are damaged"
+            message = f"{reason}, {error}: {self._launch}"
             raise StoreError(message, self.study.name) from None
-        known = dict(zip(names, values[:, :, 0].T, strict=True))
+        measured = dict(zip(metrics, values[:, :, 0].T, strict=True))
         return FlownTrial(
             job,
             point.missing,
             steps,
             bodies,
             states=states,
-            series=known,
+            series=measured,
             flies=flies,
         )
 
@@ -446,12 +448,12 @@ class _Measuring:
         """
         trials = as_texts(pairs.missing.ids).combine_chunks()
         table = self.store.read(name, trial_ids=trials)
-        return checked(self.study.name, name, table, point.known)
+        return checked(self.study.name, name, table, point.catalogue)
 
     def _store(self, group: _Group) -> None:
         """Store the trials of a group with further columns, as one part."""
         origin = measured_provenance(group.provenance, group.study, self.text)
-        keep_code(self.store, group.study.known)
+        keep_code(self.store, group.study.catalogue)
         schemas = Tables(group.study, origin)
         pairs = group.pairs
         tables = dict[str, pa.Table]()
@@ -466,8 +468,8 @@ class _Measuring:
             try:
                 table = pa.table(columns).select(schema.names).cast(schema)
             except (KeyError, pa.ArrowException) as error:
-                words = f"the stored {name} are not the output of a launch ({error})"
-                raise StoreError(f"{words}: {self._launch}", self.study.name) from None
+                reason = f"the stored {name} are not the output of a launch ({error})"
+                raise StoreError(f"{reason}: {self._launch}", self.study.name) from None
             tables[name] = table
         self.store.append(tables)
         self.store.gather()
@@ -478,12 +480,12 @@ class _Measuring:
         Returns the names of the metrics.
         """
         metadata = self.study.about
-        known = self.further.known(self.study.provenance)
-        keep_code(self.store, known)
-        here = replace(point, known=known)
+        catalogue = self.further.catalogue(self.study.provenance)
+        keep_code(self.store, catalogue)
+        here = replace(point, catalogue=catalogue)
         origin = measured_provenance(self.study.provenance, here, self.text)
-        names, derived = sources(point.record, self.further.names, ())
-        recorded = {*metadata.record, *names, *(column.name for column in derived)}
+        metrics, derived = sources(point.record, self.further.names, ())
+        recorded = {*metadata.record, *metrics, *(column.name for column in derived)}
         record = [name for name in point.record.names if name in recorded]
         listed = pairs.into_rows(self.study.plan.to_reader()).read_all()
         plan = replace(metadata, record=record).into(listed, origin)
@@ -527,10 +529,10 @@ def _relist(study: StoredStudy) -> bool:
     }
     new_ids = {trial: row["trial_id"] for trial, row in former_rows.items() if row}
     if len(new_ids) < len(ids):
-        words = (
+        reason = (
             f"the plan lacks {len(ids) - len(new_ids):,} trials that the search needs"
         )
-        raise StoreError(f"{words}: run the search again", study.name)
+        raise StoreError(f"{reason}: run the search again", study.name)
     pairs = Served.of(packed(new_ids), packed(new_ids.values()))
     search_table = pairs.into_rows(search_table.to_reader()).read_all()
     store.write_plan(study.plan.to_reader(), search_table)
@@ -556,18 +558,18 @@ def _columns(study: str, group: _Group, trials: pa.ChunkedArray) -> dict[str, pa
 
 
 def _in_frames(
-    table: Columns, names: Sequence[str], steps: NDArray[np.int64], size: int
+    table: Columns, columns: Sequence[str], steps: NDArray[np.int64], size: int
 ) -> NDArray[np.float64]:
     """Return the columns of some names as an array (F, names, size).
 
     The columns have `size` values per frame. Raises ValueError if frames are not at the
     given steps, or if a column has an unexpected type or size.
     """
-    values = np.empty((len(steps), len(names), size))
+    values = np.empty((len(steps), len(columns), size))
     frames = table.get("frame", np.empty(0))
-    if names and not np.array_equal(frames, steps):
+    if columns and not np.array_equal(frames, steps):
         raise ValueError("the steps are wrong")
-    for place, name in enumerate(names):
+    for place, name in enumerate(columns):
         column = table.get(name, np.empty(0))
         if column.dtype != np.float64 or column.size != len(steps) * size:
             raise ValueError(f"{name} has an unexpected type or size")

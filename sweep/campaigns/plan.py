@@ -59,11 +59,11 @@ def _compiling_seconds(study: Study) -> float:
 def _earlier(study: Study, store: Store) -> Earlier:
     """Return the stored trials from which missing trials of a study would resume."""
     jobs = Jobs(study, expand(study))
-    stored = StoredTrials(store, (), known=study.known, retry=False)
+    stored = StoredTrials(store, (), catalogue=study.catalogue, retry=False)
     ids = jobs.ids()
     recordings = others_stored(store, study)
     missing = _missing(stored, jobs, ids)
-    serving = served(study, missing, recordings, stored.known, done=stored.done)
+    serving = served(study, missing, recordings, stored.ids, done=stored.done)
     return earlier_trials(study, store, _missing(stored, jobs, serving.into(ids)))
 
 

@@ -26,7 +26,7 @@ class StoredTrials:
 
     Attributes
     ----------
-    known : KnownIds
+    ids : KnownIds
         Ids of the n trials that were stored when the launch began.
     table : Table
         Status and columns of these trials, n rows.
@@ -39,7 +39,7 @@ class StoredTrials:
         store: Store,
         values: Sequence[str | ProfilePoint],
         *,
-        known: Catalogue,
+        catalogue: Catalogue,
         retry: bool,
     ) -> None:
         columns = [value for value in values if isinstance(value, str)]
@@ -48,12 +48,12 @@ class StoredTrials:
         table = store.read("trials", columns=list(texts), optional=columns)
         checked_numbers(store.folder, table, columns)
         ids = table["trial_id"].cast(pa.string())
-        self.known = KnownIds.of_column(ids)
+        self.ids = KnownIds.of_column(ids)
         table = table.drop_columns("trial_id")
         for name in columns:
             if name not in table.column_names:
                 table = table.append_column(name, pa.nulls(len(table)))
-        for name, column in self._stored_points(store, ids, known).items():
+        for name, column in self._stored_points(store, ids, catalogue).items():
             table = table.append_column(name, column)
         kinds = {"status": pa.string()} | dict.fromkeys(map(str, values), pa.float64())
         self.schema = pa.schema(kinds)
@@ -66,7 +66,7 @@ class StoredTrials:
         self._begin(NO_IDS)
 
     def _stored_points(
-        self, store: Store, ids: pa.ChunkedArray, known: Catalogue
+        self, store: Store, ids: pa.ChunkedArray, catalogue: Catalogue
     ) -> dict[str, pa.Array]:
         """Return the values of the stored trials at the points of profiles."""
         if not self.points:
@@ -74,7 +74,7 @@ class StoredTrials:
         profiles = dict.fromkeys(point.profile for point in self.points)
         named = [name for each in profiles for name in (each, f"{each}{AT}")]
         table = store.read("profiles", columns=["trial_id"], optional=named)
-        table = checked(store.folder.name, "profiles", table, known)
+        table = checked(store.folder.name, "profiles", table, catalogue)
         stored = KnownIds.of_column(table["trial_id"].cast(pa.string()))
         places = stored.places_of_column(ids)
         rows = pa.array(places, mask=places < 0)
@@ -104,7 +104,7 @@ class StoredTrials:
             Whether each trial is stored and does not run again, shape (n,).
         """
         self._begin(ids)
-        places = self.known.places(ids)
+        places = self.ids.places(ids)
         stored = places >= 0
         final = stored.copy()
         final[stored] = self.final[places[stored]]
@@ -112,12 +112,12 @@ class StoredTrials:
 
     def final_ids(self) -> Ids:
         """Return the ids of the trials of `table` that do not run again."""
-        return self.known.where(self.final)
+        return self.ids.where(self.final)
 
     def failed_ids(self) -> Ids:
         """Return the ids of the trials of `table` that failed."""
         failed = pc.is_in(self.table["status"], value_set=pa.array(FAILED))
-        return self.known.where(failed.to_numpy())
+        return self.ids.where(failed.to_numpy())
 
     @property
     def done(self) -> NDArray[np.bool_]:
@@ -145,14 +145,14 @@ class StoredTrials:
         """Return the stored rows of the trials of the round, as described by Look."""
         both = pa.concat_tables([self.table, self._noted_rows])
         noted = KnownIds.of(np.concatenate([NO_IDS, *self._noted]))
-        before, new = (ids.places(self._requested) for ids in (self.known, noted))
+        before, new = (ids.places(self._requested) for ids in (self.ids, noted))
         places = np.where(new >= 0, new + len(self.table), before)
         return both.take(pa.array(places, mask=places < 0))
 
     def forget(self) -> None:
         """Release the memory: there is no further round."""
         self.table = self.schema.empty_table()
-        self.known = KnownIds.of(NO_IDS)
+        self.ids = KnownIds.of(NO_IDS)
         self._begin(NO_IDS)
         give_back()
 

@@ -53,17 +53,17 @@ class Twins(NamedTuple):
         Recording of the stored trials.
     columns : list of str
         Columns of stored trials and jobs.
-    known : KnownIds
+    ids : KnownIds
         Ids of the n jobs.
     digests : array of uint64
-        Digests of the stored values in the columns, by the rows of `known`, shape (n,).
+        Digests of the stored values in the columns, by the rows of `ids`, shape (n,).
     """
 
     store: Store
     study: Study
     recording: Recording
     columns: list[str]
-    known: KnownIds
+    ids: KnownIds
     digests: NDArray[np.uint64]
 
     def check(self, results: Iterable[Result]) -> None:
@@ -73,7 +73,7 @@ class Twins(NamedTuple):
             return
         rows = [trial_metrics(result) for result in done]
         values = np.array([[row[name] for name in self.columns] for row in rows])
-        places = self.known.places(packed(result.job.trial_id for result in done))
+        places = self.ids.places(packed(result.job.trial_id for result in done))
         differs = (places >= 0) & (self.digests[places] != _digests(values))
         for place in np.flatnonzero(differs)[:1].tolist():
             raise self._difference(done[place].job, rows[place])
@@ -136,15 +136,15 @@ def twins(
     current = Recording.of(study)
     groups = list[Twins]()
     for recording in recordings:
-        names = columns_of(recording.shared(current))
-        own_ids = ids_recording(study, jobs if names else (), current)
+        columns = columns_of(recording.shared(current))
+        own_ids = ids_recording(study, jobs if columns else (), current)
         run = served.missing.places(own_ids) < 0
         if not run.any():
             continue
         own_ids = own_ids[run]
         recorded_ids = ids_recording(study, jobs, recording)[run]
         # Searched ids of a million take 16 MB, which are free again after it.
-        digests, done = _read(store, names, KnownIds.of(recorded_ids))
+        digests, done = _read(store, columns, KnownIds.of(recorded_ids))
         del recorded_ids
         if done.any():
             ids = KnownIds.of(own_ids[done])
@@ -153,31 +153,31 @@ def twins(
                     store,
                     study,
                     recording,
-                    columns=names,
-                    known=ids,
+                    columns=columns,
+                    ids=ids,
                     digests=digests[done],
                 )
             )
     return groups
 
 
-def _read(store: Store, columns: list[str], known: KnownIds) -> Stored:
-    """Return the stored values in the columns as digests, by the rows of `known`."""
+def _read(store: Store, columns: list[str], ids: KnownIds) -> Stored:
+    """Return the stored values in the columns as digests, by the rows of `ids`."""
 
     def of_part(part: Location) -> tuple[Counts, NDArray[np.uint64], NDArray[np.bool_]]:
         if not {*columns} <= {*stored_schema(part / "trials.parquet").names}:
             return np.empty(0, np.int64), np.empty(0, np.uint64), np.empty(0, np.bool_)
         rows = load_table(part, "trials", ["trial_id", "status", *columns])
         checked_numbers(store.folder, rows, columns)
-        places = known.places_of_column(rows["trial_id"])
+        places = ids.places_of_column(rows["trial_id"])
         values = np.column_stack([rows[name].to_numpy() for name in columns])
         done = pc.equal(rows["status"], "done").fill_null(False).to_numpy()
         is_known = places >= 0
         return places[is_known], _digests(values)[is_known], done[is_known]
 
     def read(parts: list[Location]) -> Stored:
-        digests = np.empty(len(known.rows), np.uint64)
-        done = np.zeros(len(known.rows), np.bool_)
+        digests = np.empty(len(ids.rows), np.uint64)
+        done = np.zeros(len(ids.rows), np.bool_)
         for part in parts:
             # Parts come oldest first, and a trial counts from the latest one.
             places, numbers, ended = of_part(part)

@@ -69,18 +69,18 @@ def warm_model(model: str, *, code: bool = True) -> float:
     Returns the seconds that this took. Raises SpecError for an unknown model, for a
     model that cannot run, and without `code` for a file.
     """
-    name, known = named_model(model, code=code)
-    if name not in known.models:
-        raise SpecError(unknown("model", name, known.models))
+    name, catalogue = named_model(model, code=code)
+    if name not in catalogue.models:
+        raise SpecError(unknown("model", name, catalogue.models))
     began = time.perf_counter()
-    for preset in known.models[name].presets:
+    for preset in catalogue.models[name].presets:
         spec = {
             "study": "warm",
             "model": model,
             "preset": preset,
             "replicates": AT_ONCE,
         }
-        fitting = [metric for metric in known.metrics if _fits(spec, metric)]
+        fitting = [metric for metric in catalogue.metrics if _fits(spec, metric)]
         warm_study(study_of(spec | {"record": {"metrics": fitting}}))
     return time.perf_counter() - began
 

@@ -51,13 +51,13 @@ def models(
         else:
             _print(model_table(), MODELS)
         return
-    model, known = named_model(name, code=not no_code)
-    if model not in known.models:
-        stop(unknown("model", model, known.models), 2)
+    model, catalogue = named_model(name, code=not no_code)
+    if model not in catalogue.models:
+        stop(unknown("model", model, catalogue.models), 2)
     if as_json:
-        print(json.dumps(model_json(model, known), indent=1))
+        print(json.dumps(model_json(model, catalogue), indent=1))
     else:
-        _print(model_settings(model, known))
+        _print(model_settings(model, catalogue))
 
 
 @app.command(rich_help_panel=Group.start)

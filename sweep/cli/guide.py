@@ -54,16 +54,16 @@ def guide(
     from sweep.cli.terminal import console
 
     topics = all_topics()
-    words = " ".join(topic or [])
+    query = " ".join(topic or [])
     if find:
-        _print_hits(words, topics)
+        _print_hits(query, topics)
         return
-    if not words:
+    if not query:
         width = max(map(len, topics))
         for name, page in topics.items():
             print(f"{name:<{width}}  {page.title}")
         return
-    text = readable(_chosen(words, topics), topics)
+    text = readable(_chosen(query, topics), topics)
     out = console()
     if out.is_terminal:
         out.print(Markdown(text, hyperlinks=False))
@@ -94,14 +94,14 @@ def _chosen(topic: str, topics: dict[str, Topic]) -> str:
     )
 
 
-def _print_hits(words: str, topics: dict[str, Topic]) -> None:
+def _print_hits(query: str, topics: dict[str, Topic]) -> None:
     """Print each paragraph that has the words, below the name of the topic."""
-    if not words.strip():
+    if not query.strip():
         raise ChoiceError(
             "--search needs a word, for example sweep guide --search torus"
         )
     topic = ""
-    for hit in search(words, topics):
+    for hit in search(query, topics):
         if hit.topic != topic:
             topic = hit.topic
             print(f"{topic}  {topics[topic].title}")
@@ -110,6 +110,6 @@ def _print_hits(words: str, topics: dict[str, Topic]) -> None:
         text = " ".join(readable(name, topics) for name in topics)
         written = sorted(set(re.findall(r"[a-z_]{3,}", text.lower())))
         raise ChoiceError(
-            f'no paragraph of the guide has "{shortened(words)}"'
-            + next(filter(None, (similar(word, written) for word in words.split())), "")
+            f'no paragraph of the guide has "{shortened(query)}"'
+            + next(filter(None, (similar(word, written) for word in query.split())), "")
         )

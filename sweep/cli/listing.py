@@ -39,13 +39,13 @@ def model_table() -> Table:
     return table
 
 
-def model_settings(name: str, known: Catalogue) -> Table:
+def model_settings(name: str, catalogue: Catalogue) -> Table:
     """Return the table of the parameters of a model: unit, range and preset values.
 
     The caption names the parameters that may differ between robots.
     """
-    model = known.models[name]
-    settings = settings_of(name, known)
+    model = catalogue.models[name]
+    settings = settings_of(name, catalogue)
     presets = [model.preset_values(preset) for preset in model.presets]
     table = Table("setting", *model.presets, "allowed", "what it is", title=name)
     table.caption = "\n".join([*torus_text(model), spreads_text(settings)])
@@ -55,10 +55,10 @@ def model_settings(name: str, known: Catalogue) -> Table:
     return table
 
 
-def model_json(name: str, known: Catalogue) -> dict[str, Any]:
+def model_json(name: str, catalogue: Catalogue) -> dict[str, Any]:
     """Return the content of `model_settings` for programs."""
-    model = known.models[name]
-    settings = settings_of(name, known)
+    model = catalogue.models[name]
+    settings = settings_of(name, catalogue)
     presets = {preset: model.preset_values(preset) for preset in model.presets}
     spreads = {spread.spread_of: spread.name for spread in settings.spreads.values()}
     return {

@@ -62,8 +62,8 @@ def measure(
     if quiet:
         return
     if not done.metrics:
-        words = "an interrupted measurement is now complete, see `sweep table`"
-        print(f"{study}: {words}", file=sys.stderr)
+        note = "an interrupted measurement is now complete, see `sweep table`"
+        print(f"{study}: {note}", file=sys.stderr)
         return
     notes = [
         f"{study}: {', '.join(done.metrics)} of {so_many(done.measured, 'trial')}"

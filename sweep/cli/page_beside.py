@@ -37,7 +37,7 @@ def check_installed() -> None:
 
 
 @contextmanager
-def page_beside(words: Sequence[str]) -> Iterator[None]:
+def page_beside(arguments: Sequence[str]) -> Iterator[None]:
     """Run `sweep show` with these words during the context.
 
     If the context ends without an error, the explorer stays until Ctrl-C. The explorer
@@ -47,7 +47,7 @@ def page_beside(words: Sequence[str]) -> Iterator[None]:
     page = subprocess.Popen(
         [
             *(sys.executable, "-P", "-c", SHOW),
-            *(str(parent), started(parent) or "", *words),
+            *(str(parent), started(parent) or "", *arguments),
         ],
         stdin=subprocess.DEVNULL,
         stdout=sys.stderr,

@@ -259,8 +259,8 @@ def plot(
         tuple(metric or ()), by, x, y, half=over == Over.half, trials=trials
     )
     check_shared(stored, choices.metrics)
-    kinds, known = with_files(arguments.kinds)
-    figures = plan_figures(stored, kinds, choices, known)
+    kinds, available = with_files(arguments.kinds)
+    figures = plan_figures(stored, kinds, choices, available)
     unshared = [f"{name} {why}" for name, why in stored.left_out.items()]
     for reason in [*unshared, *(figures.reasons() if why else [])]:
         print(f"not drawn: {reason}", file=sys.stderr)

@@ -104,9 +104,9 @@ def enter_reports_of_packages() -> None:
     """
     if not may_have_others():
         return
-    known = methods()
-    enter_reports(known[name] for name in known if name in known.origins)
-    for name, why in known.refused.items():
+    installed = methods()
+    enter_reports(installed[name] for name in installed if name in installed.origins)
+    for name, why in installed.refused.items():
         log.warning("%s cannot be used: %s", name, why)
 
 

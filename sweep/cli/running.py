@@ -155,13 +155,13 @@ def launch(
     troubled = False
     page: AbstractContextManager[None] = nullcontext()
     if show:
-        words = ["--results", str(results), *(["--no-open"] if no_open else [])]
+        arguments = ["--results", str(results), *(["--no-open"] if no_open else [])]
         # The explorer launches one study, with the usual engine.
         if len(studies) == 1 and executor == LOCAL:
-            words += ["--launch", str(spec), "--workers", str(workers)]
-            words += ["--no-code"] if no_code else []
-            words += ["--code-from", str(code_from)] if code_from else []
-        page = page_beside(words)
+            arguments += ["--launch", str(spec), "--workers", str(workers)]
+            arguments += ["--no-code"] if no_code else []
+            arguments += ["--code-from", str(code_from)] if code_from else []
+        page = page_beside(arguments)
     with page, engine(executor, workers, address, scheduler_file) as factory:
         if len(studies) > 1:
             check_flights(studies, factory)

@@ -60,11 +60,11 @@ def _command(stored: "StoredStudy") -> str:
 
 def how_to_launch_on(study: "StoredStudy", laid: "LaidOut") -> str:
     """Return how to resume a study from spec and code in a folder, in words."""
-    words = [str(laid.spec)]
-    words += ["--code-from", str(laid.code_from)] if laid.code_from else []
+    arguments = [str(laid.spec)]
+    arguments += ["--code-from", str(laid.code_from)] if laid.code_from else []
     place = str(study.store.results)
-    words += ["--results", place] if place != "results" else []
-    return f"{_command(study)} {shlex.join(words)} resumes the study"
+    arguments += ["--results", place] if place != "results" else []
+    return f"{_command(study)} {shlex.join(arguments)} resumes the study"
 
 
 def what_the_spec_needs(study: "StoredStudy") -> str:

@@ -129,5 +129,5 @@ def new(
     if with_code:
         spec = with_code[0]
         for command in (("check", code), ("launch", spec), ("view", spec)):
-            words = ["sweep", *map(str, command)]
-            print("  " + shlex.join(words), file=sys.stderr)
+            arguments = ["sweep", *map(str, command)]
+            print("  " + shlex.join(arguments), file=sys.stderr)

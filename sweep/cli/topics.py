@@ -136,7 +136,7 @@ def _led_to(place: str, path: str, topics: dict[str, Topic]) -> str | None:
     return None
 
 
-def search(words: str, topics: dict[str, Topic]) -> Iterator[FoundLine]:
+def search(query: str, topics: dict[str, Topic]) -> Iterator[FoundLine]:
     """Find paragraphs with all words, and yield for each the line with the first word.
 
     A word may be the beginning of a word in the text. Capital letters do not matter,
@@ -144,7 +144,7 @@ def search(words: str, topics: dict[str, Topic]) -> Iterator[FoundLine]:
     """
     patterns = [
         re.compile(r"(?<![^\W_])" + re.escape(word), re.IGNORECASE)
-        for word in words.split()
+        for word in query.split()
     ]
     for name in topics:
         heading = ""

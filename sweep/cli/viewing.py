@@ -124,7 +124,7 @@ def view(
     except ModuleNotFoundError as error:
         needed = f"the live simulator needs {error.name}, which is not installed"
         stop(f"{needed}: {installing('view')}")
-    known = None
+    catalogue = None
     if source and trial:
         begin = _replayed(_stored(source, results, trust), trial)
     else:
@@ -133,15 +133,15 @@ def view(
             state = _state_of(source, results, **allowed, code_from=code_from)
         else:
             state = _chosen(model, preset, map_name, code=not no_code)
-        known = state.known
+        catalogue = state.catalogue
         begin = _live(_with(settings, state))
     chosen = source or model or preset or map_name or settings
     launcher = None
     site = PageSite()
-    if launch and known:
+    if launch and catalogue:
         read = partial(_spec_of, code=not no_code, code_from=code_from)
         options = ["--code-from", str(code_from)] if code_from else []
-        launcher = Launcher(launch, results, options, known=known, read=read)
+        launcher = Launcher(launch, results, options, catalogue=catalogue, read=read)
         explorer = site_of(Watched(results, trust=trust), launcher)
         site = explorer._replace(home=site.home)
     server = PageServer(_first_at_once(begin) if chosen else begin, port, site)
@@ -232,8 +232,8 @@ def _chosen(
     from sweep.own_code import named_model
     from sweep.web import begin
 
-    name, known = named_model(model, code=code) if model else (None, BUILT_IN)
-    state = begin(name, preset, known=known)
+    name, catalogue = named_model(model, code=code) if model else (None, BUILT_IN)
+    state = begin(name, preset, catalogue=catalogue)
     return state.with_settings({"map": map_name}) if map_name else state
 
 

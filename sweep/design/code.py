@@ -15,7 +15,7 @@ def study_code(study: Study) -> Code:
     metrics, and all maps with code and all starts that points of the study may have.
     """
     return code_of(
-        study.known,
+        study.catalogue,
         [(study.model, study.preset)],
         metrics=(*study.record.metrics, *study.record.profile_names),
         maps=_values(study, "map") - study.maps.keys(),

@@ -84,7 +84,7 @@ def _check_flocks(study: Study, points: Points) -> None:
     The start needs a study with `replicates` and a design, no `seeds`, and enough
     flocks.
     """
-    for name, start in study.known.starts.items():
+    for name, start in study.catalogue.starts.items():
         if not start.by_replicate:
             continue
         place = study.place_of("start_draws") or ("model",)
@@ -107,7 +107,7 @@ def _check_flocks(study: Study, points: Points) -> None:
 def _profile_demands(study: Study) -> Iterator[Demand]:
     """Yield the requirements of the axes of recorded profiles."""
     every = study.record.every
-    events = study.known.models[study.model].events
+    events = study.catalogue.models[study.model].events
     if study.record.profiles and not events:
         yield Demand(
             f"steps >= {every}",
@@ -116,7 +116,7 @@ def _profile_demands(study: Study) -> Iterator[Demand]:
         )
     for recorded in study.record.profiles:
         name = recorded.name
-        axis = study.known.profiles[name].axis
+        axis = study.catalogue.profiles[name].axis
         if recorded.to is None:
             continue
         if axis in ("lag", "individual"):
@@ -149,9 +149,9 @@ def _profile_demands(study: Study) -> Iterator[Demand]:
 
 def _demands(study: Study) -> Iterator[Demand]:
     """Yield the requirements of starts, every study, recorded metrics and the model."""
-    metrics = [study.known.metrics[name] for name in study.record.metrics]
-    model = study.known.models[study.model]
-    for name, start in study.known.starts.items():
+    metrics = [study.catalogue.metrics[name] for name in study.record.metrics]
+    model = study.catalogue.models[study.model]
+    for name, start in study.catalogue.starts.items():
         for demand in start.demands:
             condition = f"start_draws != '{name}' or ({demand.condition})"
             yield demand._replace(condition=condition)

@@ -94,13 +94,16 @@ def job_seconds(jobs: Sequence[Job]) -> NDArray[np.float64]:
         study_jobs = jobs.jobs
         return point_seconds(study_jobs.study, study_jobs.design)[jobs.points]
     return np.array(
-        [trial_seconds(job.model, job.known, job.settings, job.record) for job in jobs]
+        [
+            trial_seconds(job.model, job.catalogue, job.settings, job.record)
+            for job in jobs
+        ]
     )
 
 
 def trial_seconds(
     model: str,
-    known: Catalogue,
+    catalogue: Catalogue,
     settings: dict[str, Value],
     record: RecordSpec,
 ) -> float:
@@ -112,7 +115,7 @@ def trial_seconds(
     Parameters
     ----------
     model : str
-    known : Catalogue
+    catalogue : Catalogue
         Models, metrics, maps and starts by name.
     settings : dict
         All parameters of the trial.
@@ -124,11 +127,11 @@ def trial_seconds(
     """
     n = float(settings["n"])
     steps = float(settings["steps"])
-    share = searched_share(model, known, settings)
+    share = searched_share(model, catalogue, settings)
     boid_step = BOID_STEP_SECONDS + CANDIDATE_SECONDS * n * share
-    boid_step += robot_seconds(model, known, settings)
+    boid_step += robot_seconds(model, catalogue, settings)
     frames = steps / record.every + 1.0
-    measured = [known.metrics[name] for name in record.metrics]
+    measured = [catalogue.metrics[name] for name in record.metrics]
     looking = sum(metric.looks for metric in measured)
     boid_step += PAIR_METRIC_SECONDS * any(metric.pairs for metric in measured)
     boid_step += INTEGRAL_SECONDS * any(metric.integrates for metric in measured)
@@ -138,13 +141,15 @@ def trial_seconds(
     of_a_boid = METRIC_SECONDS * looking + PAIR_METRIC_SECONDS * pairing
     metrics = n * frames * (of_a_boid + CUBIC_METRIC_SECONDS * cubic)
     seconds = TRIAL_SECONDS + n * steps * boid_step + metrics
-    drawn = known.maps.get(str(settings["map"]))  # None for a map of the spec
+    drawn = catalogue.maps.get(str(settings["map"]))  # None for a map of the spec
     if drawn is not None and drawn.random:
         seconds += OBSTACLE_SECONDS * float(settings["n_obstacles"])
     return seconds
 
 
-def robot_seconds(model: str, known: Catalogue, settings: dict[str, Value]) -> float:
+def robot_seconds(
+    model: str, catalogue: Catalogue, settings: dict[str, Value]
+) -> float:
     """Return the extra seconds of a boid-step of a robot, compared to an ideal boid.
 
     Sensing, communication and motors take this time.
@@ -152,7 +157,7 @@ def robot_seconds(model: str, known: Catalogue, settings: dict[str, Value]) -> f
     Parameters
     ----------
     model : str
-    known : Catalogue
+    catalogue : Catalogue
         Models, metrics, maps and starts by name.
     settings : dict
         All parameters of the trial.
@@ -162,7 +167,7 @@ def robot_seconds(model: str, known: Catalogue, settings: dict[str, Value]) -> f
     float
         0.0 for ideal boids.
     """
-    robots = robots_at(model, known, settings)
+    robots = robots_at(model, catalogue, settings)
     dt = float(settings["dt"])
     if is_ideal(robots, dt):
         return 0.0
@@ -175,9 +180,9 @@ def robot_seconds(model: str, known: Catalogue, settings: dict[str, Value]) -> f
     n = float(settings["n"])
     errs = sensing.position_noise + sensing.velocity_noise > 0
     params = settings_tuple(
-        known.models[model].params, settings, settings_of(model, known)
+        catalogue.models[model].params, settings, settings_of(model, catalogue)
     )
-    sight = known.models[model].sight(params)
+    sight = catalogue.models[model].sight(params)
     area = float(settings["width"]) * float(settings["height"])
     circle = GATHERED * math.pi * sight.range * sight.range
     around = n * min(1.0, circle / area)
@@ -193,7 +198,9 @@ def robot_seconds(model: str, known: Catalogue, settings: dict[str, Value]) -> f
     return seconds
 
 
-def searched_share(model: str, known: Catalogue, settings: dict[str, Value]) -> float:
+def searched_share(
+    model: str, catalogue: Catalogue, settings: dict[str, Value]
+) -> float:
     """Return the fraction of the world that a neighbour search covers.
 
     The search looks at 3 x 3 cells of the grid.
@@ -201,7 +208,7 @@ def searched_share(model: str, known: Catalogue, settings: dict[str, Value]) -> 
     Parameters
     ----------
     model : str
-    known : Catalogue
+    catalogue : Catalogue
         Models, metrics, maps and starts by name.
     settings : dict
         All parameters of the trial.
@@ -211,13 +218,13 @@ def searched_share(model: str, known: Catalogue, settings: dict[str, Value]) -> 
     float
         From 0 to 1.
     """
-    described = settings_of(model, known)
-    params = settings_tuple(known.models[model].params, settings, described)
+    described = settings_of(model, catalogue)
+    params = settings_tuple(catalogue.models[model].params, settings, described)
     sensing = settings_tuple(Sensing, settings, described)
     width = float(settings["width"])
     height = float(settings["height"])
     around = look_around(sensing, int(settings["n"]), width * height)
-    side = 3.0 * min(known.models[model].sight(params).range, around)
+    side = 3.0 * min(catalogue.models[model].sight(params).range, around)
     return min(1.0, side / width) * min(1.0, side / height)
 
 
@@ -260,7 +267,7 @@ def trial_bytes(
 
 
 def last_state_bytes(
-    model: str, known: Catalogue, settings: dict[str, Value], record: RecordSpec
+    model: str, catalogue: Catalogue, settings: dict[str, Value], record: RecordSpec
 ) -> float:
     """Return the estimated bytes of the last state of a trial.
 
@@ -269,7 +276,7 @@ def last_state_bytes(
     Parameters
     ----------
     model : str
-    known : Catalogue
+    catalogue : Catalogue
         Models, metrics, maps and starts by name.
     settings : dict
         All parameters of the trial.
@@ -282,9 +289,9 @@ def last_state_bytes(
     """
     if not record.last_states:
         return 0.0
-    states = len(known.models[model].state)
+    states = len(catalogue.models[model].state)
     n = float(settings["n"])
-    visits = any(known.metrics[name].covers for name in record.metrics)
+    visits = any(catalogue.metrics[name].covers for name in record.metrics)
     frames_so_far = RecordSpec(
         record.metrics,
         record.metrics,
@@ -306,7 +313,7 @@ def point_seconds(study: Study, design: Design) -> NDArray[np.float64]:
 
     def estimate(point: int) -> float:
         settings = design.settings(point)
-        return trial_seconds(study.model, study.known, settings, study.record)
+        return trial_seconds(study.model, study.catalogue, settings, study.record)
 
     matters = [
         np.unique(column, return_inverse=True)[1]
@@ -336,7 +343,7 @@ def _matters(study: Study, design: Design, name: str) -> bool:
         settings = design.settings(point)
         estimates = {
             trial_seconds(
-                study.model, study.known, settings | {name: value}, study.record
+                study.model, study.catalogue, settings | {name: value}, study.record
             )
             for value in tried
         }
@@ -383,12 +390,16 @@ def study_cost(study: Study, design: Design, pace: TrialPace = KNOWN_PACE) -> St
         design.settings(point) for point in evenly(design.n_points, 500)
     ]
     model = study.model
-    known = study.known
+    catalogue = study.catalogue
     record = study.record
-    seconds = np.mean([trial_seconds(model, known, point, record) for point in points])
-    states = len(known.models[model].state)
+    seconds = np.mean(
+        [trial_seconds(model, catalogue, point, record) for point in points]
+    )
+    states = len(catalogue.models[model].state)
     size = np.mean([trial_bytes(point, record, states) for point in points])
-    last = np.mean([last_state_bytes(model, known, point, record) for point in points])
+    last = np.mean(
+        [last_state_bytes(model, catalogue, point, record) for point in points]
+    )
     trials = study.most_trials(design.n_points)
     return StudyCost(
         float(seconds) * pace.factor * trials,

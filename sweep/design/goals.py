@@ -17,7 +17,7 @@ def check_goals(study: Study, points: Points) -> None:
     texts = points.column(SETTING)
     if not any(texts):
         return
-    model = study.known.models[study.model]
+    model = study.catalogue.models[study.model]
     place = study.place_of(SETTING)
     if why := why_not(model, "goals_in_turn"):
         call = (

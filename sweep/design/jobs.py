@@ -119,7 +119,7 @@ class Job:
         Seconds.
     obstacles : Obstacles, optional
         Obstacles of a map that the spec contains.
-    known : Catalogue
+    catalogue : Catalogue
         Models, metrics, maps and starts by name.
     earlier : LastState, optional
         Last state of this trial with fewer steps. By default the trial begins at
@@ -147,7 +147,7 @@ class Job:
     streams: Streams
     time_limit: float | None
     obstacles: Obstacles | None = None
-    known: Catalogue = BUILT_IN
+    catalogue: Catalogue = BUILT_IN
     earlier: LastState | None = None
     direction: str = ""
     parent: str = ""
@@ -173,7 +173,7 @@ def stream(job: Job, purpose: Purpose) -> SeedSequence:
 
 def _point_of_any_steps(job: Job) -> str:
     """Return the id of the point of a job, with the steps of the preset."""
-    usual = usual_settings(job.model, job.preset, job.known)
+    usual = usual_settings(job.model, job.preset, job.catalogue)
     settings = job.settings | {STEPS: usual[STEPS]}
     return directed(point_id(job.model, job.preset, settings, usual), job.direction)
 
@@ -477,7 +477,7 @@ class Jobs(LazyJobs):
         seed = self._seed(replicate)
         literal = study.seeds is not None
         ending = self._beginning(replicate, literal)
-        model = study.known.models[study.model]
+        model = study.catalogue.models[study.model]
         if model.events:
             settings = settings | parameters_of(model.events[replicate], model.kinds)
         direction = ""
@@ -499,7 +499,7 @@ class Jobs(LazyJobs):
             streams=study.streams,
             time_limit=study.time_limit,
             obstacles=own.obstacles if own else None,
-            known=study.known,
+            catalogue=study.catalogue,
             direction=direction,
             parent=parent,
             all_pairs=study.neighbour_search == ALL_PAIRS,
@@ -507,7 +507,7 @@ class Jobs(LazyJobs):
 
     def _beginning(self, replicate: int, literal: bool) -> str:
         """Return the text of the seed and the replicate, or of the event."""
-        events = self.study.known.models[self.study.model].events
+        events = self.study.catalogue.models[self.study.model].events
         return _ending(self._seed(replicate), replicate, literal, events)
 
     def _parent(self, point: int, replicate: int) -> str:
@@ -708,7 +708,7 @@ def ids_recording(study: Study, jobs: Sequence[Job], recording: Recording) -> Id
                 job.seed,
                 job.replicate,
                 job.literal,
-                job.known.models[job.model].events,
+                job.catalogue.models[job.model].events,
             )
             + (_after(job.parent) if job.direction else ""),
             _scene(job.settings),

@@ -51,7 +51,7 @@ def _acting(points: Points) -> dict[str, Mask]:
 
 def _check_model(study: Study, act: dict[str, Mask], fails: Mask) -> None:
     """Raise SpecError for motors and failures that the model's kernel ignores."""
-    model = study.known.models[study.model]
+    model = study.catalogue.models[study.model]
     needed = {name: on.any() for name, on in act.items()}
     if any(needed.values()) and (why := why_not(model, "drives")):
         change = remedy(model, "drives", f"before confine write `{LINE}`")

@@ -25,7 +25,7 @@ def check_obstacles(study: Study, points: Points) -> None:
 
 def _check_looks(study: Study, place: Place) -> None:
     """Raise SpecError for a model with an occupancy grid, and for counts by pixels."""
-    model = study.known.models[study.model]
+    model = study.catalogue.models[study.model]
     if model.occupancy:
         raise study.document.error(
             place,
@@ -33,7 +33,11 @@ def _check_looks(study: Study, place: Place) -> None:
             f" {model.name} looks at an occupancy grid of the start",
         )
     names = [
-        *(name for name in study.record.metrics if study.known.metrics[name].covers),
+        *(
+            name
+            for name in study.record.metrics
+            if study.catalogue.metrics[name].covers
+        ),
         *(["heatmaps"] if study.record.heatmaps else []),
     ]
     if names:

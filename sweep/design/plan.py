@@ -248,13 +248,13 @@ def make_plan(study: Study, workers: int, pace: TrialPace = KNOWN_PACE) -> Plan:
     """
     design = expand(study)
     cost = study_cost(study, design, pace)
-    model = study.known.models[study.model]
+    model = study.catalogue.models[study.model]
     recording, positions = _events_in_words(model) if model.events else ("", "")
     notes = [note for axis in study.axes for note in axis.notes]
     return Plan(
         study=study.name,
         model=study.model,
-        code=study.known.runs,
+        code=study.catalogue.runs,
         preset=study.preset,
         points=design.n_points,
         trials_per_point=study.trials_per_point,
@@ -332,7 +332,7 @@ def notes_of(study: Study, design: Design, free: Collection[str] = ()) -> Iterat
             yield f"{name} changes nothing: no point has {only.condition}"
     yield from _of_torus(study, points)
     yield from _too_long(study, points)
-    if missing := to_declare(study.known.models[study.model]):
+    if missing := to_declare(study.catalogue.models[study.model]):
         yield (
             f"the Model of {study.model} does not declare the abilities of robots: add"
             f" {missing}"
@@ -355,7 +355,8 @@ def _too_long(study: Study, points: Points) -> Iterator[str]:
     half = np.minimum(points.column("width"), points.column("height")) / 2
     is_closed = points.column("borders") != "open"
     ranges = {
-        metric: study.known.metrics[metric].within for metric in study.record.metrics
+        metric: study.catalogue.metrics[metric].within
+        for metric in study.record.metrics
     }
     for name in dict.fromkeys(filter(None, ranges.values())):
         values = points.column(name)

@@ -187,8 +187,8 @@ def check_maps(study: Study, points: Points) -> None:
     The map must have the unit of length of the model. A width and a height of the study
     must equal the size of the map.
     """
-    length = study.known.models[study.model].length
-    maps = study.known.maps
+    length = study.catalogue.models[study.model].length
+    maps = study.catalogue.maps
     for name in _maps(points):
         if name in maps and maps[name].unit not in ("", length):
             fitting = ", ".join(

@@ -24,7 +24,7 @@ def check_published(
     SpecError
         If the model calls no `publish`, or declares the absence of the call.
     """
-    model = study.known.models[study.model]
+    model = study.catalogue.models[study.model]
     why = why_not(model, "publishes")
     if not why:
         return

@@ -8,14 +8,14 @@ from sweep.spec import Settings, Value, settings_of, settings_tuple
 
 
 def robots_at(
-    model: str, known: Catalogue, settings: Mapping[str, Value]
+    model: str, catalogue: Catalogue, settings: Mapping[str, Value]
 ) -> RobotSettings:
     """Return the differences between the boids of a trial and ideal boids.
 
     Parameters
     ----------
     model : str
-    known : Catalogue
+    catalogue : Catalogue
         Models, metrics, maps and starts by name.
     settings : mapping
         All parameters of the trial.
@@ -25,7 +25,7 @@ def robots_at(
     RobotSettings
         Sensing, actuation, failures, medium and variability.
     """
-    described = settings_of(model, known)
+    described = settings_of(model, catalogue)
     values = dict(settings)
     sensing, actuation, breakdowns, medium = (
         settings_tuple(group, values, described) for group in ROBOT_GROUPS
@@ -34,9 +34,9 @@ def robots_at(
     return RobotSettings(sensing, actuation, breakdowns, medium, spreads=spreads)
 
 
-def _spreads(settings: dict[str, Value], known: Settings) -> Iterator[Spread]:
+def _spreads(settings: dict[str, Value], described: Settings) -> Iterator[Spread]:
     """Yield the variability of model parameters between robots."""
-    for name in sorted(settings.keys() - known):
-        parameter = known[known.spreads[name].spread_of]
+    for name in sorted(settings.keys() - described):
+        parameter = described[described.spreads[name].spread_of]
         deviation = float(settings[name])
         yield Spread(parameter.name, deviation, parameter.low, parameter.high)

@@ -10,9 +10,9 @@ def check_spreads(study: Study, points: Points) -> None:
 
     The energy would then belong to no flock.
     """
-    model = study.known.models[study.model]
+    model = study.catalogue.models[study.model]
     metrics = [
-        name for name in study.record.metrics if study.known.metrics[name].potential
+        name for name in study.record.metrics if study.catalogue.metrics[name].potential
     ]
     if not metrics:
         return

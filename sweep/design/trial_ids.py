@@ -118,8 +118,8 @@ class KnownIds(NamedTuple):
             ids[new] = sound_ids
             rows[new] = sound_rows
             count = new.stop
-        known = cls.of(ids[:count])
-        return cls(known.ids, rows[known.rows])
+        index = cls.of(ids[:count])
+        return cls(index.ids, rows[index.rows])
 
     def places(self, ids: Ids) -> NDArray[np.int64]:
         """Return the row of each id, -1 for an unknown id."""
@@ -127,8 +127,8 @@ class KnownIds(NamedTuple):
         for first in range(0, len(ids) if len(self.ids) else 0, BLOCK):
             block = ids[first : first + BLOCK]
             nearest = self.ids.searchsorted(block).clip(max=len(self.ids) - 1)
-            known = self.ids[nearest] == block
-            rows[first : first + BLOCK][known] = self.rows[nearest[known]]
+            equal = self.ids[nearest] == block
+            rows[first : first + BLOCK][equal] = self.rows[nearest[equal]]
         return rows
 
     def places_of_column(self, texts: "pa.ChunkedArray") -> NDArray[np.int64]:

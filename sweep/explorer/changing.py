@@ -104,5 +104,5 @@ def _about(
 def _logarithmic(stored: StoredStudy, names: Iterable[str]) -> set[str]:
     """Return the parameters whose axes are drawn logarithmically."""
     chosen = select(stored)
-    known = [name for name in names if name in chosen.points]
-    return {name for name in known if is_logarithmic(chosen, name)}
+    columns = [name for name in names if name in chosen.points]
+    return {name for name in columns if is_logarithmic(chosen, name)}

@@ -99,10 +99,10 @@ def spelled_command(
     watched : Watched
         The stored studies. The command names the folder, except for `results`.
     """
-    words = ["sweep", verb, *names]
+    arguments = ["sweep", verb, *names]
     for option, values in options.items():
         for value in values:
-            words += [option, value]
+            arguments += [option, value]
     if str(watched.results) != "results":
-        words += ["--results", str(watched.results)]
-    return shlex.join(words)
+        arguments += ["--results", str(watched.results)]
+    return shlex.join(arguments)

@@ -182,8 +182,8 @@ def cells_of(
 
 def _text(study: Results, metric: str) -> str:
     """Return the description of a metric; for a derived metric, the name."""
-    known = study.known_metrics.get(metric)
-    return known.text if known else metric.replace("_", " ")
+    declared = study.known_metrics.get(metric)
+    return declared.text if declared else metric.replace("_", " ")
 
 
 def _axis(selection: Selection, name: str) -> dict[str, Any] | None:

@@ -149,7 +149,7 @@ def computed_start(job: Job, ranges: Ranges = NO_RANGES) -> ComputedStart:
             value if np.isfinite(value) else None
             for value in begun.values[:, -1].tolist()
         ],
-        faces=job.known.models[job.model].faces_heading,
+        faces=job.catalogue.models[job.model].faces_heading,
         changes=list(_changes(job, begun, ranges)),
     )
 
@@ -163,13 +163,13 @@ def _changes(job: Job, begun: DeviceStart, ranges: Ranges) -> Iterator[dict[str,
     of perception, for example, also decides the size of the cells of a search. `row` is
     the element of the array "numbers".
     """
-    known = settings_of(job.model, job.known)
+    described = settings_of(job.model, job.catalogue)
     bare = _measured_only(job)
     demanded = _demanded(job)
     for name, row in begun.rows.items():
         if name in demanded:
             continue
-        setting = known[name]
+        setting = described[name]
         value = float(job.settings[name])
         ends = ranges.get(name, (value / FACTOR, value * FACTOR))
         low = max(min(*ends, value), setting.low)
@@ -191,12 +191,12 @@ def _changes(job: Job, begun: DeviceStart, ranges: Ranges) -> Iterator[dict[str,
 
 def _demanded(job: Job) -> frozenset[str]:
     """Return the parameters that requirements of a trial name."""
-    known = settings_of(job.model, job.known)
-    model = job.known.models[job.model]
-    measured = [job.known.metrics[name].demands for name in job.record.metrics]
+    described = settings_of(job.model, job.catalogue)
+    model = job.catalogue.models[job.model]
+    measured = [job.catalogue.metrics[name].demands for name in job.record.metrics]
     demands = chain(DEMANDS, model.demands, model.potential_demands, *measured)
     return frozenset[str]().union(
-        *(parse(demand.condition, known).names for demand in demands)
+        *(parse(demand.condition, described).names for demand in demands)
     )
 
 

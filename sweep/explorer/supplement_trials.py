@@ -110,8 +110,8 @@ def behind(
     list of ShownTrial
         Empty if no trial is done and has a value.
     """
-    known = trials[(trials["status"] == "done") & trials[str(column)].notna()]
-    ordered = known.sort_values([str(column), "trial_id"])
+    measured = trials[(trials["status"] == "done") & trials[str(column)].notna()]
+    ordered = measured.sort_values([str(column), "trial_id"])
     if ordered.empty:
         return []
     roles: dict[int, list[str]] = {}

@@ -140,8 +140,8 @@ def looked_at(trials: pd.DataFrame, column: str, better: str) -> pd.DataFrame:
 def _upwards(trials: pd.DataFrame, column: str) -> NDArray[np.int64]:
     """Return the rows of the done trials with a value, by rising value."""
     values = trials[column].to_numpy(np.float64)
-    known = (trials["status"] == "done").to_numpy() & np.isfinite(values)
-    rows = np.flatnonzero(known)
+    measured = (trials["status"] == "done").to_numpy() & np.isfinite(values)
+    rows = np.flatnonzero(measured)
     return rows[np.argsort(values[rows], kind="stable")]
 
 

@@ -99,14 +99,14 @@ class Watched:
     def _study(self, name: str) -> Revised:
         with self._lock:
             revision = self.revision(name)
-            known = self._revised.pop(name, None)
-            if known is None or known.revision != revision:
+            revised = self._revised.pop(name, None)
+            if revised is None or revised.revision != revision:
                 stored = StoredStudy(name, self.results, trust=self.trust)
-                known = Revised(revision, stored, {})
-            self._revised[name] = known
+                revised = Revised(revision, stored, {})
+            self._revised[name] = revised
             while len(self._revised) > MOST_KEPT:
                 self._revised.popitem(last=False)
-            return known
+            return revised
 
     def place(self, name: str) -> StudyPlace:
         """Return the location of a study.

@@ -124,9 +124,9 @@ def layers_of(layout: Heatmap, table: pd.DataFrame) -> list[Cells]:
     table : DataFrame
         The rows of the panel in the table of `Selection.table`.
     """
-    known = table[table[layout.metric].notna()]
+    measured = table[table[layout.metric].notna()]
     if layout.averages:
-        return _with_resolved([_means_of_points(layout, known)])
+        return _with_resolved([_means_of_points(layout, measured)])
     points = layout.selection.points
     levels = _levels(layout.selection, layout.x, layout.y)
     level_of = pd.concat(
@@ -134,7 +134,7 @@ def layers_of(layout: Heatmap, table: pd.DataFrame) -> list[Cells]:
     ).max(axis=1)
     levels_shown = sorted(set(level_of))
     return _with_resolved(
-        [_layer(layout, known, level_of, level) for level in levels_shown]
+        [_layer(layout, measured, level_of, level) for level in levels_shown]
     )
 
 
@@ -254,27 +254,27 @@ def _positions(layout: Heatmap, name: str, points: "pd.Series[str]") -> Floats:
     return places(selection, name, selection.points[name].loc[[*points]])
 
 
-def _means_of_points(layout: Heatmap, known: pd.DataFrame) -> Cells:
+def _means_of_points(layout: Heatmap, measured: pd.DataFrame) -> Cells:
     """Return cells with several points; the interval is for the mean over points."""
     metric = layout.metric
     selection = layout.selection
-    number = int(np.clip(np.sqrt(len(known) / POINTS_A_BIN), FEWEST_BINS, MOST_BINS))
+    number = int(np.clip(np.sqrt(len(measured) / POINTS_A_BIN), FEWEST_BINS, MOST_BINS))
     (x, columns), (y, rows) = (
         _divided(
             selection,
-            known[name],
+            measured[name],
             among=selection.points[name],
             number=number if name in layout.binned else None,
         )
         for name in (layout.x, layout.y)
     )
     keys = rows * (len(x) - 1) + columns
-    groups = known.groupby(keys)[metric]
+    groups = measured.groupby(keys)[metric]
     distribution = selection.study.distributions[metric]
     low, high = group_bounds(groups, CONFIDENCE, distribution)
     count = groups.size()
     filled = np.asarray(count.index)
-    cells = _empty(x, y, pd.Series(keys, known.index))
+    cells = _empty(x, y, pd.Series(keys, measured.index))
     cells.points.ravel()[filled] = count
     cells.mean.ravel()[filled] = groups.mean()
     cells.half.ravel()[filled] = (high - low) / 2.0
@@ -282,7 +282,7 @@ def _means_of_points(layout: Heatmap, known: pd.DataFrame) -> Cells:
 
 
 def _layer(
-    layout: Heatmap, known: pd.DataFrame, level_of: "pd.Series[float]", level: float
+    layout: Heatmap, measured: pd.DataFrame, level_of: "pd.Series[float]", level: float
 ) -> Cells:
     """Return the grid of all points up to a level, with the cells of the level shown.
 
@@ -291,7 +291,7 @@ def _layer(
     metric = layout.metric
     selection = layout.selection
     within = selection.points[level_of <= level]
-    own = known[level_of[known.index] <= level]
+    own = measured[level_of[measured.index] <= level]
     (x, columns), (y, rows) = (
         _divided(selection, own[name], among=within[name])
         for name in (layout.x, layout.y)

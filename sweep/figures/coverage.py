@@ -99,8 +99,8 @@ def coverage_layout(
         raise ChoiceError(
             "has no heatmaps; record: {heatmaps: true} stores heatmaps", study.name
         )
-    names = [*selection.apart(selection.sampled), *selection.sampled]
-    return CoverageLayout(selection, selection.panels(names, "coverage"))
+    settings = [*selection.apart(selection.sampled), *selection.sampled]
+    return CoverageLayout(selection, selection.panels(settings, "coverage"))
 
 
 def draw_coverage(layout: CoverageLayout) -> Figure:
@@ -232,8 +232,10 @@ def _short_names(selection: Selection) -> dict[str, str]:
 
 def _note(selection: Selection, panel_visits: list[Visits]) -> str:
     counts = [len(visits.trials) for visits in panel_visits]
-    names = _short_names(selection).values()
-    interval = f"{' and '.join(names)} with 95 % confidence interval" if names else ""
+    metrics = _short_names(selection).values()
+    interval = (
+        f"{' and '.join(metrics)} with 95 % confidence interval" if metrics else ""
+    )
     same = all(visits.same_obstacles for visits in panel_visits if visits.trials)
     obstacles = "blue: obstacles" if same else "obstacles differ between trials"
     trials = selection.note(

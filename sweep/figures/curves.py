@@ -153,14 +153,14 @@ def curves_layout(
             f" allowed: up to {MOST_LINES} points; choose with by and where",
             study.name,
         )
-    names = list(metrics) or recorded
+    drawn = list(metrics) or recorded
     facets = selection.facets(panel_settings)
-    remedy = "" if len(facets) > 1 else f"choose metrics, of {', '.join(names)}"
-    selection.allow(len(names) * len(facets), panel_settings, "curves", remedy)
+    remedy = "" if len(facets) > 1 else f"choose metrics, of {', '.join(drawn)}"
+    selection.allow(len(drawn) * len(facets), panel_settings, "curves", remedy)
     if trials:
-        allow_trials(selection, len(names) * len(study.series), "curves")
+        allow_trials(selection, len(drawn) * len(study.series), "curves")
     time = _time_unit(selection)
-    return Curves(selection, names, chosen, facets, time=time, trials=trials)
+    return Curves(selection, drawn, chosen, facets, time=time, trials=trials)
 
 
 def _time_unit(selection: Selection) -> str:
@@ -321,15 +321,15 @@ def _trials(layout: Curves, metric: str, facet: Facet) -> pd.DataFrame:
     trials = selection.trials[selection.study.done]
     own = trials[trials["point"].isin(facet.points)]
     rows = selection.study.series.merge(own, on="trial_id", suffixes=("", "_at_end"))
-    known = rows[np.isfinite(rows[metric].to_numpy(np.float64))]
-    points = selection.points.loc[known["point"]]
+    finite = rows[np.isfinite(rows[metric].to_numpy(np.float64))]
+    points = selection.points.loc[finite["point"]]
     columns = {
-        "x": known["frame"] * (known["dt"] if layout.time else 1),
-        "y": known[metric],
+        "x": finite["frame"] * (finite["dt"] if layout.time else 1),
+        "y": finite[metric],
         "colour": colours_of(selection, layout.by, points).to_numpy(),
-        "trial": known["trial_id"],
-        "replicate": known["replicate"],
-        "point": known["point"],
+        "trial": finite["trial_id"],
+        "replicate": finite["replicate"],
+        "point": finite["point"],
     }
     return pd.DataFrame(columns)
 
@@ -375,13 +375,13 @@ def plan(study: Results, choices: Choices) -> list[Planned]:
 
     Raises ChoiceError if the study has no curves.
     """
-    names = (
+    drawn = (
         [Column.read(name).metric for name in choices.plain(study)]
         if choices.metrics
         else series_metrics(study)
     )
-    first = curves_layout(study, choices.by, names[:1])
-    groups = [names] if len(first.facets) == 1 else [[name] for name in names]
+    first = curves_layout(study, choices.by, drawn[:1])
+    groups = [drawn] if len(first.facets) == 1 else [[name] for name in drawn]
     layouts = [
         curves_layout(study, choices.by, group, trials=choices.trials)
         for group in groups

@@ -546,8 +546,8 @@ def named(settings: Iterable[tuple[str, object]]) -> str:
 
 def span(numbers: Iterable[int]) -> str:
     """Return the smallest and the largest of some counts in words: 3, or 18 to 20."""
-    known = sorted({int(number) for number in numbers}) or [0]
-    return f"{known[0]:,}" if len(known) == 1 else f"{known[0]:,} to {known[-1]:,}"
+    counts = sorted({int(number) for number in numbers}) or [0]
+    return f"{counts[0]:,}" if len(counts) == 1 else f"{counts[0]:,} to {counts[-1]:,}"
 
 
 def estimated(value: float, low: float, high: float) -> str:

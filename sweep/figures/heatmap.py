@@ -153,12 +153,12 @@ def draw_heatmap(layout: Heatmap) -> Figure:
     table = selection.table([metric])
     panels = [layers_of(layout, table.loc[facet.points]) for facet in layout.facets]
     name = quantity(selection.study, metric)
-    known = any(np.isfinite(cells.half).any() for cells in chain(*panels))
+    has_widths = any(np.isfinite(cells.half).any() for cells in chain(*panels))
     with style.context(STYLE):
         single = len(panels) == 1
         down = -(-len(panels) // _across(layout))
-        number = 2 if known else 1
-        width = 7.2 if known or not single else 4.2
+        number = 2 if has_widths else 1
+        width = 7.2 if has_widths or not single else 4.2
         figure = Figure(
             figsize=(
                 width,
@@ -177,7 +177,7 @@ def draw_heatmap(layout: Heatmap) -> Figure:
             label=name,
             colours="viridis",
         )
-        if known:
+        if has_widths:
             counted = layout.averages and len(panels) <= MOST_COUNTED
             _block(
                 blocks.flat[1],
@@ -254,11 +254,11 @@ def _scale(values: list[Floats]) -> Normalize:
     Values that are equal except for rounding get a wider scale. Then all values have
     one colour, and the numbers at the colour bar are readable.
     """
-    known = np.concatenate([value[np.isfinite(value)] for value in values])
-    if not len(known):
+    finite = np.concatenate([value[np.isfinite(value)] for value in values])
+    if not len(finite):
         return Normalize(0.0, 1.0)
-    low = float(known.min())
-    high = float(known.max())
+    low = float(finite.min())
+    high = float(finite.max())
     if equal(low, high):
         room = WIDENED * (abs(high) or 1.0)
         low -= room if low else 0.0
@@ -376,11 +376,11 @@ def _note(layout: Heatmap, table: pd.DataFrame, panels: list[list[Cells]]) -> st
 
 def plan(study: Results, choices: Choices) -> list[Planned]:
     """Plan one figure per metric. Raises ChoiceError if a heatmap does not suit."""
-    names = choices.plain(study)
-    layouts = [heatmap_layout(study, name, choices.x, choices.y) for name in names]
+    metrics = choices.plain(study)
+    layouts = [heatmap_layout(study, name, choices.x, choices.y) for name in metrics]
     return [
         Planned(name, partial(draw_heatmap, layout))
-        for name, layout in zip(names, layouts, strict=True)
+        for name, layout in zip(metrics, layouts, strict=True)
     ]
 
 

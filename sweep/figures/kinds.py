@@ -124,20 +124,20 @@ def plan_figures(
 
 def _check(
     study: Results,
-    names: Sequence[str],
+    requested: Sequence[str],
     choices: Choices,
-    known: Mapping[str, FigureKind],
+    available: Mapping[str, FigureKind],
 ) -> None:
     choices.columns(study)
     selection = select(study)
     for choice in ("by", "x", "y", "trials"):
         value = getattr(choices, choice)
-        taking = [name for name, kind in known.items() if choice in kind.takes]
+        taking = [name for name, kind in available.items() if choice in kind.takes]
         if isinstance(value, str):
             selection.setting(value)
-        if value and names and not set(names) & set(taking):
+        if value and requested and not set(requested) & set(taking):
             raise ChoiceError(
-                f"{choice} is for {', '.join(taking)}, not for {', '.join(names)}",
+                f"{choice} is for {', '.join(taking)}, not for {', '.join(requested)}",
                 study.name,
             )
 

@@ -190,14 +190,14 @@ def values_of_trials(
     """
     done = selection.trials[selection.study.done]
     values = done[[*metrics.values()]].to_numpy(np.float64)
-    known = done[np.isfinite(values).all(axis=1)]
-    points = selection.points.loc[known["point"]]
+    finite = done[np.isfinite(values).all(axis=1)]
+    points = selection.points.loc[finite["point"]]
     columns = {
-        **{axis: known[name].to_numpy(np.float64) for axis, name in metrics.items()},
+        **{axis: finite[name].to_numpy(np.float64) for axis, name in metrics.items()},
         "colour": colours_of(selection, by, points).to_numpy(),
-        "trial": known["trial_id"].to_numpy(),
-        "replicate": known["replicate"].to_numpy(),
-        "point": known["point"].to_numpy(),
+        "trial": finite["trial_id"].to_numpy(),
+        "replicate": finite["replicate"].to_numpy(),
+        "point": finite["point"].to_numpy(),
     }
     return pd.DataFrame(columns)
 

@@ -157,17 +157,18 @@ def draw_parallel(layout: Parallel) -> Figure:
 def _panel(axes: Axes, layout: Parallel, table: pd.DataFrame) -> tuple[int, int]:
     """Draw a panel, and return the numbers of points with and without a value."""
     selection, chosen, _ = layout
-    known = table[table[chosen.metric].notna()]
-    uprights = [_upright(selection, name, known[name]) for name in selection.sampled]
-    uprights.append(_linear(known[chosen.metric].to_numpy(np.float64)))
+    measured = table[table[chosen.metric].notna()]
+    uprights = [_upright(selection, name, measured[name]) for name in selection.sampled]
+    uprights.append(_linear(measured[chosen.metric].to_numpy(np.float64)))
     heights = np.stack([upright.heights for upright in uprights], axis=1)
     lines = np.stack(
         [np.broadcast_to(np.arange(len(uprights)), heights.shape), heights], axis=2
     )
     order = np.argsort(
-        known[chosen.metric].to_numpy() * (-1.0 if chosen.high else 1.0), kind="stable"
+        measured[chosen.metric].to_numpy() * (-1.0 if chosen.high else 1.0),
+        kind="stable",
     )
-    best = order[: int(np.ceil(BEST * len(known)))]
+    best = order[: int(np.ceil(BEST * len(measured)))]
     rest = order[len(best) :]
     _lines(
         axes,
@@ -185,20 +186,20 @@ def _panel(axes: Axes, layout: Parallel, table: pd.DataFrame) -> tuple[int, int]
     )
     for place, upright in enumerate(uprights):
         _axis(axes, place, upright)
-    names = [
+    labels = [
         quantity(selection.study, name) for name in (*selection.sampled, chosen.metric)
     ]
-    breaks = " " if len(names) > MOST_NAMES_ON_A_LINE else " ("
+    breaks = " " if len(labels) > MOST_NAMES_ON_A_LINE else " ("
     axes.set_xticks(
-        range(len(names)),
-        [name.replace(breaks, f"\n{breaks[1:]}") for name in names],
+        range(len(labels)),
+        [name.replace(breaks, f"\n{breaks[1:]}") for name in labels],
         fontsize=7.5,
     )
-    axes.set(xlim=(-0.25, len(names) - 0.75), ylim=(-0.04, 1.04), yticks=[])
+    axes.set(xlim=(-0.25, len(labels) - 0.75), ylim=(-0.04, 1.04), yticks=[])
     axes.tick_params(axis="x", length=0)
     axes.grid(visible=False)
     axes.spines[:].set_visible(False)
-    return len(known), len(table) - len(known)
+    return len(measured), len(table) - len(measured)
 
 
 def _lines(axes: Axes, lines: Floats, colour: str, alpha: float, width: float) -> None:
@@ -238,8 +239,8 @@ def _upright(selection: Selection, name: str, column: "pd.Series[float]") -> Upr
     every = places(selection, name, selection.points[name])
     if not has_scale(selection.points[name]):
         last = max(every.max(), 1.0)
-        names = [words(value) for value in selection.values(name)]
-        return Upright(values / last, np.arange(len(names)) / last, names)
+        labels = [words(value) for value in selection.values(name)]
+        return Upright(values / last, np.arange(len(labels)) / last, labels)
     if is_logarithmic(selection, name):
         ticks = [
             float(tick) for tick in LogLocator().tick_values(every.min(), every.max())
@@ -254,8 +255,10 @@ def _upright(selection: Selection, name: str, column: "pd.Series[float]") -> Upr
 
 
 def _linear(values: Floats, every: Floats | None = None) -> Upright:
-    known = values if every is None else every
-    low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
+    spanned = values if every is None else every
+    low, high = (
+        (float(spanned.min()), float(spanned.max())) if len(spanned) else (0.0, 1.0)
+    )
     ticks = [
         float(tick)
         for tick in MaxNLocator(4).tick_values(low, high)

@@ -111,8 +111,8 @@ def pareto_figure(
     >>> front.get_xydata().round(2).tolist()
     [[0.58, 2.61]]
     """
-    names = [column_over(name, over) for name in (first, second) if name]
-    return draw_pareto(pareto_layout(study, names, by=by, trials=trials))
+    columns = [column_over(name, over) for name in (first, second) if name]
+    return draw_pareto(pareto_layout(study, columns, by=by, trials=trials))
 
 
 def pareto_layout(
@@ -257,17 +257,17 @@ def _intervals(
 def _legend(figure: Figure, layout: Pareto) -> None:
     by = layout.by
     selection = layout.selection
-    names = [words(value) for value in selection.values(by)] if by else ["points"]
+    values = [words(value) for value in selection.values(by)] if by else ["points"]
     marks = [
         Line2D([], [], linestyle="none", marker=marker, color=colour)
-        for marker, colour, _ in zip(MARKERS, COLOURS, names, strict=False)
+        for marker, colour, _ in zip(MARKERS, COLOURS, values, strict=False)
     ]
     front = Line2D(
         [], [], marker="o", markerfacecolor="white", color=GREY if by else COLOURS[0]
     )
     title = quantity(selection.study, by) if by else None
     columns = 2 if len(layout.facets) == 1 else 4
-    labels = [*names, "not dominated"]
+    labels = [*values, "not dominated"]
     legend_of(figure, [*marks, front], labels, title, columns=columns)
 
 
@@ -308,8 +308,8 @@ def plan(study: Results, choices: Choices) -> list[Planned]:
 def marks(study: Results, choices: Choices) -> FigureMarks:
     """Return the figure as marks, in which `best` marks the points of fronts."""
     metrics = choices.metrics or tuple(opposed_metrics(study))
-    names = choices._replace(metrics=metrics).columns(study) if metrics else []
-    layout = pareto_layout(study, names, by=choices.by, trials=choices.trials)
+    columns = choices._replace(metrics=metrics).columns(study) if metrics else []
+    layout = pareto_layout(study, columns, by=choices.by, trials=choices.trials)
     selection = layout.selection
     first, second = layout.directions
     table = selection.table([first.metric, second.metric])

@@ -49,10 +49,10 @@ class PrintSize(NamedTuple):
 
     def check(self) -> None:
         """Raise ChoiceError if the font is not installed."""
-        names = font_manager.get_font_names()
-        if self.font and self.font not in names:
+        fonts = font_manager.get_font_names()
+        if self.font and self.font not in fonts:
             listed = "matplotlib.font_manager.get_font_names() lists the fonts"
-            raise ChoiceError(f"{unknown('font', self.font, names)}; {listed}")
+            raise ChoiceError(f"{unknown('font', self.font, fonts)}; {listed}")
 
 
 def save(

@@ -140,11 +140,11 @@ def label_setting(
     axis = axes.xaxis if direction == "x" else axes.yaxis
     axis.set_label_text(axis_label(selection, name))
     if not has_scale(selection.points[name]):
-        names = [words(value) for value in selection.values(name)]
-        turned = direction == "x" and _crowded(names)
+        labels = [words(value) for value in selection.values(name)]
+        turned = direction == "x" and _crowded(labels)
         if turned:
-            names = ["\n".join(wrap(text, LONG_LINE)) for text in names]
-        axis.set_ticks(range(len(names)), names)
+            labels = ["\n".join(wrap(text, LONG_LINE)) for text in labels]
+        axis.set_ticks(range(len(labels)), labels)
         if turned:
             axes.tick_params(axis="x", labelrotation=40)
             for label in axes.get_xticklabels():
@@ -156,20 +156,20 @@ def label_setting(
     if name in selection.listed:
         values = [float(str(value)) for value in selection.values(name)]
         ticks = _that_fit(values, side_by_side=direction == "x")
-        names = [f"{value:g}" for value in ticks]
+        labels = [f"{value:g}" for value in ticks]
         if direction == "x":
-            names = _apart(ticks, names, logarithmic=is_logarithmic(selection, name))
-        axis.set_ticks(ticks, names)
+            labels = _apart(ticks, labels, logarithmic=is_logarithmic(selection, name))
+        axis.set_ticks(ticks, labels)
         axis.set_ticks([], minor=True)
 
 
-def _apart(ticks: list[float], names: list[str], *, logarithmic: bool) -> list[str]:
+def _apart(ticks: list[float], labels: list[str], *, logarithmic: bool) -> list[str]:
     """Return the names of ticks on a panel, "" for a name that would overlap."""
     at = np.log(ticks) if logarithmic else np.array(ticks)
     letters = LETTERS_OF_TICKS * (at - at[0]) / (at[-1] - at[0] or 1.0)
     shown = list[str]()
     end = -np.inf
-    for place, name in zip(letters, names, strict=True):
+    for place, name in zip(letters, labels, strict=True):
         fits = place - len(name) / 2.0 > end
         shown.append(name if fits else "")
         end = place + len(name) / 2.0 if fits else end
@@ -188,8 +188,8 @@ def _that_fit(values: list[float], *, side_by_side: bool) -> list[float]:
     return values[:1]
 
 
-def _crowded(names: Sequence[str]) -> bool:
-    return sum(len(name) for name in names) > LONG_NAMES
+def _crowded(labels: Sequence[str]) -> bool:
+    return sum(len(name) for name in labels) > LONG_NAMES
 
 
 @lru_cache(maxsize=8)

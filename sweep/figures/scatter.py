@@ -159,11 +159,11 @@ def scatter_layout(
     selection = select(study)
     recorded(study, metric)
     if selection.setting(x) in selection.sampled if x else selection.sampled:
-        names = [x] if x else [name for name in selection.sampled if name != by]
+        settings = [x] if x else [name for name in selection.sampled if name != by]
         dividing = selection.apart(selection.sampled)
-        colour = selection.colour(by, dividing, names)
+        colour = selection.colour(by, dividing, settings)
         facets = selection.facets([name for name in dividing if name != colour])
-        rows = [[Panel(name, facet) for name in names] for facet in facets]
+        rows = [[Panel(name, facet) for name in settings] for facet in facets]
     else:
         dividing = selection.apart([x]) if x else selection.apart([])
         colour = (
@@ -171,13 +171,13 @@ def scatter_layout(
             if x or by or len(dividing) > 1
             else None
         )
-        names = [x] if x else [name for name in dividing if name != colour]
+        settings = [x] if x else [name for name in dividing if name != colour]
         rows = [
             [Panel(name, facet)]
-            for name in names
+            for name in settings
             for facet in _facets(selection, name, colour)
         ]
-    for name in names:
+    for name in settings:
         selection.axis(name, "scatter")
     if not rows:
         raise ChoiceError(
@@ -188,10 +188,10 @@ def scatter_layout(
         sum(map(len, rows)),
         free,
         "scatter",
-        "" if x else f"choose with x, one of {', '.join(names)}, or where",
+        "" if x else f"choose with x, one of {', '.join(settings)}, or where",
     )
     if trials:
-        allow_trials(selection, len(names) * int(study.done.sum()), "scatter")
+        allow_trials(selection, len(settings) * int(study.done.sum()), "scatter")
     return Scatter(selection, metric, colour, rows, trials=trials)
 
 
@@ -356,12 +356,12 @@ def _legend(figure: Figure, layout: Scatter) -> None:
     selection = layout.selection
     by = layout.by
     assert by is not None
-    names = [words(value) for value in selection.values(by)]
+    labels = [words(value) for value in selection.values(by)]
     marks = [
         Line2D([], [], linestyle="none", marker=m, color=c)
-        for m, c, _ in zip(MARKERS, COLOURS, names, strict=False)
+        for m, c, _ in zip(MARKERS, COLOURS, labels, strict=False)
     ]
-    legend_of(figure, marks, names, quantity(selection.study, by))
+    legend_of(figure, marks, labels, quantity(selection.study, by))
 
 
 def _note(layout: Scatter, table: pd.DataFrame, *, correlated: bool) -> str:
@@ -397,14 +397,14 @@ def _note(layout: Scatter, table: pd.DataFrame, *, correlated: bool) -> str:
 
 def plan(study: Results, choices: Choices) -> list[Planned]:
     """Plan one figure per metric. Raises ChoiceError if the kind does not suit."""
-    names = choices.plain(study)
+    metrics = choices.plain(study)
     layouts = [
         scatter_layout(study, name, choices.x, by=choices.by, trials=choices.trials)
-        for name in names
+        for name in metrics
     ]
     return [
         Planned(name, partial(draw_scatter, layout))
-        for name, layout in zip(names, layouts, strict=True)
+        for name, layout in zip(metrics, layouts, strict=True)
     ]
 
 

@@ -318,8 +318,8 @@ class Selection:
         shown : sequence of str, default ()
             Further metrics in the figure.
         """
-        known = [int(count) for count in counts]
-        if max(known, default=0) < 2:
+        numbers = [int(count) for count in counts]
+        if max(numbers, default=0) < 2:
             text = text.replace("{n} trials", "{n} trial")
             interval = "no interval" if interval else ""
         elif (
@@ -353,9 +353,9 @@ class Selection:
         drawn = [
             name for name in (*metrics, *shown) if interval and name in self.trials
         ]
-        few = few_skewed(self.study, dict.fromkeys(drawn, known))
+        few = few_skewed(self.study, dict.fromkeys(drawn, numbers))
         differ = f"; the studies differ in {apart}" if apart else ""
-        facts = f"{text.format(n=span(known))}{missing}{undefined}{differ}"
+        facts = f"{text.format(n=span(numbers))}{missing}{undefined}{differ}"
         apart_notes = "; ".join(self.study.apart_notes)
         lines = [f"{self.study.name}{place}: {facts}", apart_notes, few]
         return "\n".join(filter(None, lines))
@@ -365,8 +365,10 @@ class Selection:
         done = self.study.done
         return float(self.trials.loc[done, metric].isna().mean()) if done.any() else 0.0
 
-    def _groups(self, names: Sequence[str]) -> int:
-        together = self.designed.groupby(list(names), sort=False) if names else None
+    def _groups(self, settings: Sequence[str]) -> int:
+        together = (
+            self.designed.groupby(list(settings), sort=False) if settings else None
+        )
         return int(together.ngroups) if together else 1
 
     def _offer(self, available: Sequence[str]) -> str:

@@ -102,13 +102,13 @@ def trajectories_layout(
             "has no trajectories; record: {trajectories: true} stores trajectories",
             study.name,
         )
-    names = [*selection.apart(selection.sampled), *selection.sampled]
-    facets = selection.facets(names)
+    settings = [*selection.apart(selection.sampled), *selection.sampled]
+    facets = selection.facets(settings)
     if len(facets) > MOST_TRIALS:
         raise ChoiceError(
             f"of {len(facets):,} points, by"
-            f" {', '.join(names)}; allowed: up to {MOST_TRIALS}; choose with where,"
-            f" {selection.example(names)}",
+            f" {', '.join(settings)}; allowed: up to {MOST_TRIALS}; choose with where,"
+            f" {selection.example(settings)}",
             study.name,
             "trajectories",
         )

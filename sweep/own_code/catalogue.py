@@ -144,17 +144,17 @@ class _JoinedParts(_Joined[T]):
         return self._named(name, _Joined(self._ours, self._own), kinds)
 
 
-def _joined(known: Catalogue, own: Offered) -> list[Any]:
+def _joined(catalogue: Catalogue, own: Offered) -> list[Any]:
     """Return the mappings of a catalogue with more entries."""
-    models = _Joined(known.models, own.models)
-    metrics = _JoinedParts(known.metrics, own.metrics, models, of_part)
-    maps = _Joined(known.maps, own.maps)
-    starts = _Joined(known.starts, own.starts)
-    profiles = _JoinedParts(known.profiles, own.profiles, models, profile_of_part)
+    models = _Joined(catalogue.models, own.models)
+    metrics = _JoinedParts(catalogue.metrics, own.metrics, models, of_part)
+    maps = _Joined(catalogue.maps, own.maps)
+    starts = _Joined(catalogue.starts, own.starts)
+    profiles = _JoinedParts(catalogue.profiles, own.profiles, models, profile_of_part)
     return [models, metrics, maps, starts, profiles]
 
 
-def completed(known: Catalogue, stored: Mapping[str, Any]) -> Catalogue:
+def completed(catalogue: Catalogue, stored: Mapping[str, Any]) -> Catalogue:
     """Return the catalogue, completed with described entries that are missing.
 
     An entry is missing if the package of the entry is not installed. Raises ValueError
@@ -164,12 +164,14 @@ def completed(known: Catalogue, stored: Mapping[str, Any]) -> Catalogue:
     missing = nothing()
     for kind in CATALOGUED:
         for name, entry in getattr(offers, kind).items():
-            if name not in _of(known, kind):
+            if name not in _of(catalogue, kind):
                 getattr(missing, kind)[name] = entry
-    return Catalogue(*_joined(known, missing)) if any(missing) else known
+    return Catalogue(*_joined(catalogue, missing)) if any(missing) else catalogue
 
 
-def of_packages(known: Catalogue, names: Mapping[str, Iterable[str]]) -> dict[str, Any]:
+def of_packages(
+    catalogue: Catalogue, names: Mapping[str, Iterable[str]]
+) -> dict[str, Any]:
     """Return the stored description of the entries that come from installed packages.
 
     The description is empty if all entries are built in. `names` are the names of the
@@ -179,12 +181,12 @@ def of_packages(known: Catalogue, names: Mapping[str, Iterable[str]]) -> dict[st
     for kind, some in names.items():
         for name in some:
             if name in REGISTRIES[kind].origins:
-                getattr(used, kind)[name] = _of(known, kind)[name]
+                getattr(used, kind)[name] = _of(catalogue, kind)[name]
     return description(used) if any(used) else {}
 
 
-def _of(known: Catalogue, kind: str) -> Mapping[str, Any]:
-    entries: Mapping[str, Any] = getattr(known, kind)
+def _of(catalogue: Catalogue, kind: str) -> Mapping[str, Any]:
+    entries: Mapping[str, Any] = getattr(catalogue, kind)
     return entries
 
 
@@ -346,14 +348,14 @@ def _enter(
         raise CodeError(f'{file}: {earlier} also has a {kind[:-1]} "{name}"')
 
 
-def _check_model(file: str, name: str, known: OwnCatalogue) -> None:
+def _check_model(file: str, name: str, catalogue: OwnCatalogue) -> None:
     """Raise CodeError for a model with wrong metrics, parameters or presets."""
-    model = known.models[name]
+    model = catalogue.models[name]
     for metric in model.metrics:
-        if metric not in known.metrics:
-            raise CodeError(f"{file}: {unknown('metric', metric, known.metrics)}")
-    settings = settings_of(name, known)
-    for taken in settings.keys() & known.metrics.keys():
+        if metric not in catalogue.metrics:
+            raise CodeError(f"{file}: {unknown('metric', metric, catalogue.metrics)}")
+    settings = settings_of(name, catalogue)
+    for taken in settings.keys() & catalogue.metrics.keys():
         raise CodeError(
             f'{file}: a parameter of {name} and a metric have the name "{taken}":'
             " tables have one column per name"
@@ -367,12 +369,12 @@ def _check_model(file: str, name: str, known: OwnCatalogue) -> None:
                 raise CodeError(f'{file}: preset "{preset}": {error}') from None
 
 
-def _check_sight(file: str, name: str, known: OwnCatalogue) -> None:
+def _check_sight(file: str, name: str, catalogue: OwnCatalogue) -> None:
     """Raise CodeError if `sight` of a model returns no Sight, or raises."""
-    model = known.models[name]
-    settings = settings_of(name, known)
+    model = catalogue.models[name]
+    settings = settings_of(name, catalogue)
     for preset in model.presets:
-        values = preset_settings(name, preset, known)
+        values = preset_settings(name, preset, catalogue)
         params = settings_tuple(model.params, values, settings)
         try:
             sight = model.sight(params)

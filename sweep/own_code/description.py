@@ -141,7 +141,7 @@ def _about(fields: dict[str, Any]) -> About:
 
 
 def _demands(stored: list[list[str]]) -> tuple[Demand, ...]:
-    return tuple(Demand(str(condition), str(words)) for condition, words in stored)
+    return tuple(Demand(str(condition), str(text)) for condition, text in stored)
 
 
 def _metric(fields: dict[str, Any]) -> Metric:

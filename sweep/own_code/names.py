@@ -40,16 +40,16 @@ def _undefined(
 ) -> Iterator[Undefined]:
     checked.add(function)
     code = function.__code__
-    known = function.__globals__
+    defined = function.__globals__
     for instruction in dis.get_instructions(code):
         if instruction.opname != "LOAD_GLOBAL":
             continue
         name = instruction.argval
-        if name not in known and not hasattr(builtins, name):
+        if name not in defined and not hasattr(builtins, name):
             positions = instruction.positions
             line = positions.lineno if positions else None
             yield Undefined(name, code.co_filename, line or code.co_firstlineno)
-    called = [known.get(name) for name in code.co_names]
+    called = [defined.get(name) for name in code.co_names]
     modules = [value for value in called if isinstance(value, ModuleType)]
     for module in modules:
         called += [getattr(module, name, None) for name in code.co_names]

@@ -132,17 +132,18 @@ def with_variants(study: Study) -> list[Study]:
         try:
             text = dump(variant.spec)
             path = study.path.with_name(f"{study.path.name} ({variant.name})")
-            studies.append(study_with(text, path, study.known))
+            studies.append(study_with(text, path, study.catalogue))
         except SpecError as error:
             mistakes = (str(mistake).split(": ", 1)[-1] for mistake in error.mistakes)
             message = (
-                f"the study cannot be run with {variant.words}: {'; '.join(mistakes)}"
+                f"the study cannot be run with {variant.description}:"
+                f" {'; '.join(mistakes)}"
             )
             raise study.document.error(variant.place, message) from None
     return studies
 
 
-def study_with(text: str, path: Path, known: Catalogue) -> Study:
+def study_with(text: str, path: Path, catalogue: Catalogue) -> Study:
     """Return the study of a YAML text with loaded code; nothing runs.
 
     Parameters
@@ -151,7 +152,7 @@ def study_with(text: str, path: Path, known: Catalogue) -> Study:
         YAML text of the spec.
     path : Path
         File of the spec, which need not exist: errors name the file.
-    known : Catalogue
+    catalogue : Catalogue
         Catalogue with the files and modules that the spec names.
 
     Raises
@@ -160,10 +161,10 @@ def study_with(text: str, path: Path, known: Catalogue) -> Study:
         If the spec is wrong.
     """
     root = parse_document(text, path)
-    if not isinstance(known, OwnCatalogue):
-        return read_study(root, known)
-    plain = resolved(root, references(root), known)
-    return read_study(plain, known, known.samplers)
+    if not isinstance(catalogue, OwnCatalogue):
+        return read_study(root, catalogue)
+    plain = resolved(root, references(root), catalogue)
+    return read_study(plain, catalogue, catalogue.samplers)
 
 
 def code_of(path: Path) -> list[Path]:
@@ -204,13 +205,13 @@ def schema_for(
     specs = [(root, _allowed(root, code, code_from)) for root in roots]
     if not (every := [reference for _, named in specs for reference in named]):
         return json_schema()
-    known = known_to(roots[0], every, code_from)
+    catalogue = known_to(roots[0], every, code_from)
     files = dict[str, str | None].fromkeys(reference.text for reference in every)
     for root, named in specs:
-        plain = resolved(root, named, known)
+        plain = resolved(root, named, catalogue)
         models = [reference for reference in named if reference.kind == "models"]
         files |= {model.text: plain.child("model").text() for model in models}
-    return json_schema(known, files, known.samplers)
+    return json_schema(catalogue, files, catalogue.samplers)
 
 
 def named_model(text: str, *, code: bool = True) -> tuple[str, Catalogue]:
@@ -247,15 +248,15 @@ def named_model(text: str, *, code: bool = True) -> tuple[str, Catalogue]:
     if not code:
         raise root.error(f'the model runs code from "{text}"; no code may run')
     named = references(root)
-    known = known_to(root, named)
-    return str(resolved(root, named, known).value["model"]), known
+    catalogue = known_to(root, named)
+    return str(resolved(root, named, catalogue).value["model"]), catalogue
 
 
 def _read(root: Entry, code: bool, code_from: Path | None) -> Study:
     if not (named := _allowed(root, code, code_from)):
         return read_study(root)
-    known = known_to(root, named, code_from)
-    return read_study(resolved(root, named, known), known, known.samplers)
+    catalogue = known_to(root, named, code_from)
+    return read_study(resolved(root, named, catalogue), catalogue, catalogue.samplers)
 
 
 def _allowed(root: Entry, code: bool, code_from: Path | None) -> list[Reference]:

@@ -218,7 +218,7 @@ def known_to(
         raise next(blamed, named[0]).entry.error(str(error)) from error
 
 
-def resolved(root: Entry, named: list[Reference], known: OwnCatalogue) -> Entry:
+def resolved(root: Entry, named: list[Reference], catalogue: OwnCatalogue) -> Entry:
     """Return the spec with plain names in place of files and modules.
 
     Parameters
@@ -227,7 +227,7 @@ def resolved(root: Entry, named: list[Reference], known: OwnCatalogue) -> Entry:
         The spec.
     named : list of Reference
         The references of the spec.
-    known : OwnCatalogue
+    catalogue : OwnCatalogue
         Catalogue with all entries of the references.
 
     Raises
@@ -237,19 +237,19 @@ def resolved(root: Entry, named: list[Reference], known: OwnCatalogue) -> Entry:
     """
     document = replace(root.document, lines=dict(root.document.lines))
     by_place = {reference.entry.place: reference for reference in named}
-    value = _replaced(root.value, (), by_place, known, lines=document.lines)
+    value = _replaced(root.value, (), by_place, catalogue, lines=document.lines)
     if any(reference.is_recording for reference in named):
-        value = value | _as_model(root, known)
+        value = value | _as_model(root, catalogue)
     return replace(root, document=document, value=value)
 
 
-def _as_model(root: Entry, known: OwnCatalogue) -> dict[str, Any]:
+def _as_model(root: Entry, catalogue: OwnCatalogue) -> dict[str, Any]:
     """Return the keys that a recording gives: the model, and a trial per event.
 
     Raises SpecError for keys that a recording excludes.
     """
     check_beside(root, RECORDING, BESIDE)
-    events = known.models[RECORDING].events
+    events = catalogue.models[RECORDING].events
     return {"model": RECORDING, "replicates": len(events)}
 
 
@@ -257,12 +257,12 @@ def _replaced(
     value: Any,
     place: Place,
     named: dict[Place, Reference],
-    known: OwnCatalogue,
+    catalogue: OwnCatalogue,
     lines: dict[Place, int],
 ) -> Any:
     if isinstance(value, dict):
         return {
-            key: _replaced(child, (*place, key), named, known, lines=lines)
+            key: _replaced(child, (*place, key), named, catalogue, lines=lines)
             for key, child in value.items()
         }
     if isinstance(value, list):
@@ -270,15 +270,15 @@ def _replaced(
         lines_of = list[int | None]()
         for index, child in enumerate(value):
             here = (*place, index)
-            names = _names(named[here], known) if here in named else None
-            new = names or [_replaced(child, here, named, known, lines=lines)]
+            names = _names(named[here], catalogue) if here in named else None
+            new = names or [_replaced(child, here, named, catalogue, lines=lines)]
             children += new
             lines_of += [lines.get(here)] * len(new)
         if len(children) > len(value):  # a list of names, each in the line of its file
             lines |= {(*place, k): line for k, line in enumerate(lines_of) if line}
         return children
     if place in named:
-        names = _names(named[place], known)
+        names = _names(named[place], catalogue)
         if len(names) > 1:
             reference = named[place]
             raise reference.entry.error(
@@ -289,13 +289,13 @@ def _replaced(
     return value
 
 
-def _names(reference: Reference, known: OwnCatalogue) -> list[str]:
+def _names(reference: Reference, catalogue: OwnCatalogue) -> list[str]:
     """Return the names of the entries that a reference selects."""
     origin = reference.origin
     kind = reference.kind
     names = [
         name
-        for (kind_of_entry, name), file in known.origins.items()
+        for (kind_of_entry, name), file in catalogue.origins.items()
         if kind_of_entry == kind and file == origin
     ]
     if not names:

@@ -22,8 +22,8 @@ OF_ONE_STEP = "is measured over one step"
 
 def over_one_step(study: Study) -> list[str]:
     """Return the recorded metrics over one step, and dependent derived metrics."""
-    known = study.known.metrics
-    over_step = [name for name in known if known[name].per_step]
+    metrics = study.catalogue.metrics
+    over_step = [name for name in metrics if metrics[name].per_step]
     for derived in study.record.derive:
         if not derived.expression.names.isdisjoint(over_step):
             over_step.append(derived.name)

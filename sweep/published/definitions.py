@@ -96,8 +96,8 @@ def as_defined(studies: Mapping[str, StoredStudy], spec: str) -> Floats:
         mark = b"".join([trial["point"].encode(), *values])
         as_stored = [
             np.isclose(trial[column], value, rtol=CLOSE, equal_nan=True)
-            for name, known in frames.items()
-            for column, value in _summed(name, *known, trial["steps"])
+            for name, flown in frames.items()
+            for column, value in _summed(name, *flown, trial["steps"])
         ]
         shares.append(100.0 * (all(as_stored) and mark not in earlier))
         earlier.add(mark)

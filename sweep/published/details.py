@@ -129,9 +129,9 @@ def _of_other_presets(studies: Mapping[str, Study]) -> dict[str, Moves]:
     moves_by_name: dict[str, Moves] = defaultdict(dict)
     for spec, study in studies.items():
         in_spec = [name for name in study.settings if study.place_of(name)]
-        before = fitted_preset(study.model, study.preset, study.known)
-        for preset in study.known.models[study.model].presets:
-            after = fitted_preset(study.model, preset, study.known)
+        before = fitted_preset(study.model, study.preset, study.catalogue)
+        for preset in study.catalogue.models[study.model].presets:
+            after = fitted_preset(study.model, preset, study.catalogue)
             for detail in differing(before, after, in_spec):
                 values = {name: after[name] for name in detail}
                 if values.get("borders") == TORUS and not after["minimum_image"]:
@@ -152,12 +152,12 @@ def _share(studies: Mapping[str, Study], moves: Moves) -> float:
 
 def _description(studies: Mapping[str, Study], moves: Moves) -> str:
     """Return the values before and after, such as `n 40 to 41`."""
-    words = {
+    changes = {
         f"{name} {_plain(value_of(studies[spec], name))} to {_plain(new)}": None
         for spec, values in moves.items()
         for name, new in values.items()
     }
-    return ", ".join(words)
+    return ", ".join(changes)
 
 
 def _plain(value: Value) -> str:

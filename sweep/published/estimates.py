@@ -184,8 +184,8 @@ def _rank_correlation(study: StoredStudy, correlation: RankCorrelation) -> Measu
     settings = points[correlation.setting].first().to_numpy(np.float64)
     estimate = rank_estimate(settings, points["_value"].mean().to_numpy(np.float64))
     count = int(values.notna().sum())
-    words = f"{count:,} at {estimate.n:,} points"
-    return Measured(estimate, words, count, int(values.isna().sum()))
+    label = f"{count:,} at {estimate.n:,} points"
+    return Measured(estimate, label, count, int(values.isna().sum()))
 
 
 def _transition(study: StoredStudy, transition: Transition) -> Measured:
@@ -196,8 +196,8 @@ def _transition(study: StoredStudy, transition: Transition) -> Measured:
     except ChoiceError as error:
         raise MeasureError(str(error)) from None
     used = int(scaling.states["trials"].sum())
-    words = f"{used:,} at {len(scaling.states):,} points"
-    return Measured(scaling, words, used, scaling.left_out)
+    label = f"{used:,} at {len(scaling.states):,} points"
+    return Measured(scaling, label, used, scaling.left_out)
 
 
 def _posterior(study: StoredStudy, quantity: CalibratedParameter) -> Measured:
@@ -205,8 +205,8 @@ def _posterior(study: StoredStudy, quantity: CalibratedParameter) -> Measured:
         estimate, trials = posterior_estimate(study, quantity.parameter)
     except (ChoiceError, StoreError) as error:
         raise MeasureError(str(error)) from None
-    words = f"{trials:,}, and {len(estimate.draws):,} simulations kept"
-    return Measured(estimate, words, trials, 0)
+    label = f"{trials:,}, and {len(estimate.draws):,} simulations kept"
+    return Measured(estimate, label, trials, 0)
 
 
 def _called(
@@ -234,5 +234,5 @@ def _called(
     missing = sum(int(np.isnan(values).sum()) for values in samples)
     estimate = mean_estimate(*reversed(samples), distribution=call.distribution)
     counts = [sample.n for sample in estimate.samples]
-    words = " and ".join(f"{count:,}" for count in counts)
-    return Measured(estimate, words, sum(counts), missing)
+    label = " and ".join(f"{count:,}" for count in counts)
+    return Measured(estimate, label, sum(counts), missing)

@@ -104,14 +104,16 @@ def _foreseen(claim: Claim, family: int, pilots: Sequence[_Pilot]) -> Foreseen |
 
 def outlook_lines(name: str, claim_outlooks: Sequence[Outlook]) -> Iterator[str]:
     """Yield the outlooks of a publication in words, the weak claims first."""
-    known = [outlook for outlook in claim_outlooks if outlook.foreseen]
-    weak = [outlook for outlook in known if outlook.foreseen and outlook.foreseen.weak]
+    foreseen = [outlook for outlook in claim_outlooks if outlook.foreseen]
+    weak = [
+        outlook for outlook in foreseen if outlook.foreseen and outlook.foreseen.weak
+    ]
     unknown = [outlook.claim.id for outlook in claim_outlooks if not outlook.foreseen]
     yield (
-        f"{name}: {len(weak)} of {len(known)} claims are weak: the planned trials"
+        f"{name}: {len(weak)} of {len(foreseen)} claims are weak: the planned trials"
         " cannot confirm these claims"
     )
-    for outlook in sorted(known, key=lambda outlook: outlook not in weak):
+    for outlook in sorted(foreseen, key=lambda outlook: outlook not in weak):
         if outlook.foreseen:
             mark = "weak  " if outlook in weak else "      "
             yield f"  {mark}{_line(outlook.claim, outlook.foreseen)}"

@@ -62,15 +62,15 @@ class _Model:
 
     reference: str
     name: str
-    known: Catalogue
+    catalogue: Catalogue
     preset: str
 
     def usual(self, setting: str) -> Any:
         """Return the value of a parameter in the preset."""
-        return self.known.models[self.name].preset_values(self.preset)[setting]
+        return self.catalogue.models[self.name].preset_values(self.preset)[setting]
 
     def settings(self) -> Mapping[str, Setting]:
-        return settings_of(self.name, self.known)
+        return settings_of(self.name, self.catalogue)
 
 
 def begin_with_model(
@@ -102,16 +102,16 @@ def begin_with_model(
     OutputError
         If the file cannot be written.
     """
-    name, known = named_model(model)
-    if name not in known.models:
-        raise SpecError(unknown("model", name, known.models))
+    name, catalogue = named_model(model)
+    if name not in catalogue.models:
+        raise SpecError(unknown("model", name, catalogue.models))
     target = path or Path(f"{name}.yaml")
     check_new_spec(target, force=force)
-    presets = known.models[name].presets
+    presets = catalogue.models[name].presets
     if preset and preset not in presets:
         raise SpecError(unknown(f"preset of {name}", preset, presets))
-    chosen = preset or usual_preset(known.models[name])
-    chosen_model = _Model(_as_named(model, target.parent), name, known, chosen)
+    chosen = preset or usual_preset(catalogue.models[name])
+    chosen_model = _Model(_as_named(model, target.parent), name, catalogue, chosen)
     study = _first_that_can_be(chosen_model, target)
     with unfinished(target) as out:
         out.write(study.text.encode())
@@ -190,7 +190,7 @@ def _text(
         "replicates": trials,
         "seed": 1,
         "record": {
-            "series": list(model.known.models[model.name].metrics[:MOST_SERIES]),
+            "series": list(model.catalogue.models[model.name].metrics[:MOST_SERIES]),
             "every": max(1, steps // FRAMES),
         },
     }

@@ -142,7 +142,7 @@ def reproduce(
     root = results / QUICK if quick else results
     outcome = Outcome(root / SCORECARD[0])
     times = [time.monotonic()]
-    known = read_turned(results)
+    turned = read_turned(results)
     for publication in selected:
         ran = run_studies(publication.studies.values(), results, engine, display)
         outcome.new += ran.new
@@ -174,7 +174,7 @@ def reproduce(
             stored[publication.name],
             files[publication.name],
             folder,
-            tried=known.get(publication.name),
+            tried=turned.get(publication.name),
             outcome=outcome,
         )
         for publication in publications

@@ -169,8 +169,8 @@ def _row(page: Page, section: Section, row: Row) -> str:
         ),
         f"<td>{escape(published_text(row))}</td>",
         *(
-            f'<td class="number">{escape(words(row))}</td>'
-            for words in (ours_text, trials_text, noticeable_text)
+            f'<td class="number">{escape(text_of(row))}</td>'
+            for text_of in (ours_text, trials_text, noticeable_text)
         ),
         (
             f'<td class="{CLASSES[status]}">{_verdict(status)}{_weak(section, row)}'

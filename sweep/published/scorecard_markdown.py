@@ -117,8 +117,8 @@ def _cells(page: Page, section: Section, row: Row) -> list[str]:
             f" {_text(sentence(row.claim.says))} ({_text(kind_text(row))})"
         ),
         *(
-            _text(words(row))
-            for words in (published_text, ours_text, trials_text, noticeable_text)
+            _text(text_of(row))
+            for text_of in (published_text, ours_text, trials_text, noticeable_text)
         ),
         f"{verdict}. {_text(reason(row))}",
         "; ".join(map(_text, turning_texts(section, row))),

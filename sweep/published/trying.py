@@ -78,12 +78,12 @@ def chosen_variants(
     SpecError
         If no variant has a name, or in the cases of `mutants`.
     """
-    known = [
+    available = [
         (publication, MAKERS[kind](publication))
         for publication in publications
         if publication.selected
     ]
-    names = dict.fromkeys(name for _, makers in known for name in makers)
+    names = dict.fromkeys(name for _, makers in available for name in makers)
     for pattern in named:
         if not any(fnmatchcase(name, pattern) for name in names):
             raise SpecError(unknown(f"variant of the {kind}", pattern, names))
@@ -92,7 +92,7 @@ def chosen_variants(
             publication,
             [make() for name, make in makers.items() if _is_named(name, named)],
         )
-        for publication, makers in known
+        for publication, makers in available
     ]
     return [(publication, variants) for publication, variants in chosen if variants]
 
@@ -152,7 +152,7 @@ def try_all(
     WorkersError
         If the copy of the program that runs a mutant fails.
     """
-    known = read_turned(results)
+    turned = read_turned(results)
     for publication, variants in chosen:
         needed = needed_studies(publication).values()
         run_studies(needed, results, engine, display)
@@ -172,9 +172,9 @@ def try_all(
                 after = _judgements(variant.publication, results)
             kinds = {variant.kind: {variant.name: _turned(variant, before, after)}}
             effects = DocumentVariants(inputs, before, kinds, estimates)
-            known = joined(known, publication.name, effects, variant.kind)
-            write_turned(known, results)
-    return {publication.name: known[publication.name] for publication, _ in chosen}
+            turned = joined(turned, publication.name, effects, variant.kind)
+            write_turned(turned, results)
+    return {publication.name: turned[publication.name] for publication, _ in chosen}
 
 
 def _changed(publication: Publication, variant: Variant) -> list[Study]:

@@ -181,12 +181,12 @@ class DocumentVariants:
 
     def summary(self, kind: Kind) -> str:
         """Return the effect of the variants of a kind, in words."""
-        words = {
+        summaries = {
             "mutants": self._mutants,
             "details": self._details,
             "numerics": self._numerics,
         }
-        return words[kind]()
+        return summaries[kind]()
 
     def _mutants(self) -> str:
         missed = [
@@ -227,7 +227,7 @@ class DocumentVariants:
 
 
 def joined(
-    known: Mapping[str, DocumentVariants],
+    turned: Mapping[str, DocumentVariants],
     document: str,
     new: DocumentVariants,
     kind: Kind,
@@ -238,7 +238,7 @@ def joined(
 
     Parameters
     ----------
-    known : mapping of str to DocumentVariants
+    turned : mapping of str to DocumentVariants
         Known effects by publication.
     document : str
         Name of the publication.
@@ -247,10 +247,10 @@ def joined(
     kind : Kind
         Kind of the new effects.
     """
-    old = known.get(document)
+    old = turned.get(document)
     kinds = dict(old.kinds) if old and old.inputs == new.inputs else {}
     kinds[kind] = {**kinds.get(kind, {}), **new.tried(kind)}
-    return {**known, document: replace(new, kinds=kinds)}
+    return {**turned, document: replace(new, kinds=kinds)}
 
 
 def read_turned(results: Path) -> dict[str, DocumentVariants]:

@@ -84,8 +84,8 @@ class TrackFile(ABC):
         try:
             yield from self._pieces(columns, errors)
         except UNREADABLE as error:
-            words = f"cannot be read: {type(error).__name__}: {error}"
-            errors.note("an unreadable file", self.name, words)
+            message = f"cannot be read: {type(error).__name__}: {error}"
+            errors.note("an unreadable file", self.name, message)
 
     @abstractmethod
     def _pieces(self, columns: Sequence[str], errors: RowErrors) -> Iterator[pa.Table]:
@@ -111,11 +111,11 @@ class CsvFile(TrackFile):
         """Yield the rows as texts. Notes rows with a wrong number of values."""
 
         def skip(row: Any) -> str:
-            words = (
+            message = (
                 f"{row.actual_columns} values; the header has {row.expected_columns}"
             )
             number = 1 if row.number is None else row.number - 2
-            errors.note("a wrong number of values", self.place(number), words)
+            errors.note("a wrong number of values", self.place(number), message)
             return "skip"
 
         reader = pyarrow.csv.open_csv(
@@ -167,8 +167,8 @@ class MovementFile(TrackFile):
             if lacking := {"time", "space", "individuals"} - {
                 *dataset["position"].dims
             }:
-                words = f"the variable position lacks the dimension {min(lacking)}"
-                raise ValueError(words)
+                message = f"the variable position lacks the dimension {min(lacking)}"
+                raise ValueError(message)
         return ["id", "t", "x", "y"]
 
     def _pieces(self, columns: Sequence[str], _errors: RowErrors) -> Iterator[pa.Table]:
@@ -285,8 +285,8 @@ class WideFile(TrackFile):
         ]
         for name in own:
             if name not in present:
-                words = f'"{self.patterns[0]}" needs the column "{name}"'
-                raise ValueError(f"{words}, which the file does not have")
+                reason = f'"{self.patterns[0]}" needs the column "{name}"'
+                raise ValueError(f"{reason}, which the file does not have")
             if own.count(name) > 1:
                 raise ValueError(f'"{name}" is the column of two individuals')
         untouched = [name for name in present if name not in own]

@@ -123,8 +123,8 @@ def survey(path: Path) -> Survey:
     """
     entry = Entry(Document(path, ""), (), {})
     if path.suffix not in FORMATS:
-        words = f'{path}: ends with "{path.suffix}"; allowed: {", ".join(FORMATS)}'
-        raise SpecError(words)
+        message = f'{path}: ends with "{path.suffix}"; allowed: {", ".join(FORMATS)}'
+        raise SpecError(message)
     delimiter = _delimiter(path)
     file = FORMATS[path.suffix](path, path.name, DELIMITERS[delimiter])
     check_columns(entry, file, ())

@@ -75,11 +75,13 @@ class EventFrames:
         self.steps = math.floor(min(length + ON_TIME, MOST_VALUES))
         count = (self.steps + 1) * len(tracks)
         if self.steps < 1:
-            words = "all rows have equal times; an event has at least two frames"
-            errors.note("an event of one frame", f'event "{self.name}"', words)
+            message = "all rows have equal times; an event has at least two frames"
+            errors.note("an event of one frame", f'event "{self.name}"', message)
         elif count > MOST_VALUES:
-            words = f"{self.steps + 1:,} frames; check the units of time_step and times"
-            errors.note("too many frames", f'event "{self.name}"', words)
+            message = (
+                f"{self.steps + 1:,} frames; check the units of time_step and times"
+            )
+            errors.note("too many frames", f'event "{self.name}"', message)
         rows = sum(track.rows.size for track in tracks)
         most = rows * (1.0 + self._spec.gaps / self._spec.time_step)
         if not errors and most < LEAST_PRESENT * count:
@@ -143,12 +145,12 @@ class EventFrames:
     ) -> None:
         """Note rows that go back in time, are double, too fast or beside a frame."""
 
-        def note(wrong: NDArray[np.bool_], kind: str, words: str) -> None:
+        def note(wrong: NDArray[np.bool_], kind: str, message: str) -> None:
             if wrong.any():
                 place = self._every.place(int(rows[np.argmax(wrong)]))
                 whose = f'individual "{track.individual}"'
                 count = int(np.count_nonzero(wrong))
-                self._errors.note(kind, place, f"{whose} {words}", count)
+                self._errors.note(kind, place, f"{whose} {message}", count)
 
         passed = np.diff(times, prepend=-np.inf)
         earlier = (
@@ -158,22 +160,22 @@ class EventFrames:
         note(passed < -ON_TIME, "times out of order", earlier)
         note(np.abs(passed) <= ON_TIME, "double rows", "has two rows with equal times")
         if self._spec.gaps == 0.0:
-            words = (
+            message = (
                 f"is not at a multiple of time_step ({self._spec.time_step:g}) after"
                 " the first row of the event; `gaps` allows interpolation"
             )
             beside = np.abs(times - np.round(times)) > ON_TIME
-            note(beside, "times between frames", words)
+            note(beside, "times between frames", message)
         if self._spec.fastest is not None and times.size > 1 and (passed > 0).all():
             way = np.hypot(*np.diff(values[[X, Y]], axis=1))
             speed = way / (np.diff(times) * self._spec.time_step)
-            words = (
+            message = (
                 f"moves at {speed.max(initial=0.0):.4g}"
                 f" {self._spec.length}/{self._spec.time}; the largest speed allowed is"
                 f" {self._spec.fastest:g}"
             )
             fast = np.concatenate([[False], speed > self._spec.fastest])
-            note(fast, "jumps", words)
+            note(fast, "jumps", message)
 
     def _differences(self, positions: Floats) -> Floats:
         """Return velocities (F, 2) from positions, NaN without a neighbouring frame.

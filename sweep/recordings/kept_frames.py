@@ -66,8 +66,8 @@ def open_frames(event: Event) -> Floats:
         raise StoreError(f"{path} was damaged, and is deleted; {REMEDY}")
     shape = (event.steps + 1, 4, event.boids)
     if frames.dtype != np.float64 or frames.shape != shape:
-        words = f'event "{event.name}" has other frames than the study says'
-        raise StoreError(f"{words}; {REMEDY}")
+        reason = f'event "{event.name}" has other frames than the study says'
+        raise StoreError(f"{reason}; {REMEDY}")
     return frames
 
 
@@ -101,8 +101,8 @@ def are_kept(event: Event) -> bool:
 
 
 def _not_kept(event: Event) -> StoreError:
-    words = f'the frames of event "{event.name}" of a recording are not in'
-    return StoreError(f"{words} {frames_folder()}; {REMEDY}")
+    reason = f'the frames of event "{event.name}" of a recording are not in'
+    return StoreError(f"{reason} {frames_folder()}; {REMEDY}")
 
 
 @contextmanager

@@ -95,8 +95,8 @@ def described(entry: Entry) -> str:
             (folder / "text").write_text(text, "utf-8")
             (folder / "text").replace(note)
     except OSError as error:
-        words = f"frames of the recording cannot be written: {error}"
-        raise StoreError(words) from None
+        message = f"frames of the recording cannot be written: {error}"
+        raise StoreError(message) from None
     return text
 
 
@@ -204,9 +204,9 @@ def _kept(
 def _check_named(entry: Entry, spec: RecordingSpec) -> None:
     """Raise SpecError for keys that miss columns, have no effect or contradict."""
     mistakes = Mistakes()
-    for key, words in _contradictions(spec):
+    for key, message in _contradictions(spec):
         with mistakes.noted():
-            raise (entry.child(key) if key else entry).error(words)
+            raise (entry.child(key) if key else entry).error(message)
     mistakes.check()
 
 
@@ -216,8 +216,8 @@ def _contradictions(spec: RecordingSpec) -> Iterator[tuple[str, str]]:
     has_velocities = spec.velocities == "given"
     for key, name in columns.items():
         if name == FILE and key not in ("individual", "event"):
-            words = f"{FILE} is allowed for individual and event, not for {key}"
-            yield "columns", words
+            message = f"{FILE} is allowed for individual and event, not for {key}"
+            yield "columns", message
     measured = [columns[key] or "" for key in ("x", "y", "vx", "vy")]
     starred = [name for name in measured if ANY in name]
     if starred and (
@@ -225,27 +225,27 @@ def _contradictions(spec: RecordingSpec) -> Iterator[tuple[str, str]]:
         or any(name.count(ANY) > 1 for name in starred)
     ):
         present = ", ".join(filter(None, measured))
-        words = f"each column of positions and velocities has one {ANY}, or none has"
-        yield "columns", f"{words}; the columns are {present}"
+        message = f"each column of positions and velocities has one {ANY}, or none has"
+        yield "columns", f"{message}; the columns are {present}"
     if starred and spec.columns.individual != TrackColumns.individual:
-        words = f"columns with {ANY} name the individuals; remove `individual`"
-        yield "columns", words
+        message = f"columns with {ANY} name the individuals; remove `individual`"
+        yield "columns", message
     if spec.kinds and spec.columns.kind is None:
         yield "kinds", "kinds need a column; write `columns: {kind: NAME}`"
     if spec.coordinates == "degrees" and not find_spec("pyproj"):
-        words = f"degrees need pyproj; {installing('geo')} installs the package"
-        yield "coordinates", words
+        message = f"degrees need pyproj; {installing('geo')} installs the package"
+        yield "coordinates", message
     if spec.smoothing and has_velocities:
-        words = "smoothing changes positions, not given velocities; use differences"
-        yield "smoothing", words
+        message = "smoothing changes positions, not given velocities; use differences"
+        yield "smoothing", message
     if 0.0 < spec.smoothing < FEWEST_SMOOTHED * spec.time_step:
         least = FEWEST_SMOOTHED * spec.time_step
-        words = f"{spec.smoothing:g} is too short for a parabola; allowed: 0, or"
-        yield "smoothing", f"{words} {least:g} and more, {FEWEST_SMOOTHED} time steps"
+        message = f"{spec.smoothing:g} is too short for a parabola; allowed: 0, or"
+        yield "smoothing", f"{message} {least:g} and more, {FEWEST_SMOOTHED} time steps"
     named = [key for key in ("vx", "vy") if columns[key] is not None]
     if has_velocities and len(named) < 2:
         yield "", "`velocities: given` needs the columns vx and vy"
     if named and not has_velocities:
-        words = f"the column {named[0]} has no effect with"
-        words += f" `velocities: {spec.velocities}`; write `velocities: given`"
-        yield "columns", words
+        message = f"the column {named[0]} has no effect with"
+        message += f" `velocities: {spec.velocities}`; write `velocities: given`"
+        yield "columns", message

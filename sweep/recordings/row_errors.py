@@ -31,7 +31,7 @@ class RowErrors:
         """Number of rows with a mistake so far."""
         return sum(self._counts.values())
 
-    def note(self, kind: str, place: str, words: str, count: int = 1) -> None:
+    def note(self, kind: str, place: str, message: str, count: int = 1) -> None:
         """Note a mistake.
 
         Parameters
@@ -40,14 +40,14 @@ class RowErrors:
             Kind of mistake in words; only the first rows of a kind are reported.
         place : str
             File and row.
-        words : str
+        message : str
             The mistake, with the value.
         count : int, default 1
             Number of rows with the mistake, of which `place` is the first.
         """
         self._counts[kind] += count
         if len(self._rows[kind]) < MOST_OF_A_KIND:
-            self._rows[kind].append(f"{place}: {words}")
+            self._rows[kind].append(f"{place}: {message}")
 
     def check(self) -> None:
         """Raise SpecError with all mistakes, if there are any."""
@@ -58,6 +58,6 @@ class RowErrors:
                     raise self._entry.error(row)
             with mistakes.noted():
                 if more := self._counts[kind] - len(rows):
-                    words = so_many(more, "more row")
-                    raise self._entry.error(f"{words}: {kind}")
+                    more_rows = so_many(more, "more row")
+                    raise self._entry.error(f"{more_rows}: {kind}")
         mistakes.check()

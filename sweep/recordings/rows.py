@@ -74,8 +74,8 @@ def _matches(item: Entry, pattern: str, folder: Path) -> list[Path]:
         raise item.error(f'no file matches "{shortened(pattern)}" in {folder}')
     for path in matches:
         if path.suffix not in FORMATS:
-            words = f'"{path.name}" ends with "{path.suffix}"'
-            raise item.error(f"{words}; allowed: {', '.join(FORMATS)}")
+            reason = f'"{path.name}" ends with "{path.suffix}"'
+            raise item.error(f"{reason}; allowed: {', '.join(FORMATS)}")
     return matches
 
 
@@ -97,14 +97,14 @@ def check_columns(entry: Entry, file: TrackFile, columns: Sequence[str]) -> None
     needed = [column for column in columns if column != FILE]
     lacking = [column for column in needed if column not in present]
     if lacking and (hint := _other_delimiter(present, file)):
-        words = unknown("column", lacking[0], present)
-        raise entry.error(f"{file.name}: {words}{hint}")
+        reason = unknown("column", lacking[0], present)
+        raise entry.error(f"{file.name}: {reason}{hint}")
     mistakes = Mistakes()
     for column in needed:
         with mistakes.noted():
             if column in lacking:
-                words = unknown("column", column, present)
-                raise entry.error(f"{file.name}: {words}")
+                reason = unknown("column", column, present)
+                raise entry.error(f"{file.name}: {reason}")
             if present.count(column) > 1:
                 raise entry.error(f'{file.name} has several columns "{column}"')
     mistakes.check()
@@ -169,8 +169,8 @@ def numbers(piece: pa.Table, name: str, rows: RowsOf, errors: RowErrors) -> Floa
         read = pa.chunked_array([_one_by_one(column, name, rows, errors)])
     values: Floats = read.to_numpy().astype(np.float64)
     for row in np.flatnonzero(np.isinf(values)):
-        words = f"{name} is infinite; allowed: a finite number, or nothing"
-        errors.note("an infinite number", rows.place(int(row)), words)
+        message = f"{name} is infinite; allowed: a finite number, or nothing"
+        errors.note("an infinite number", rows.place(int(row)), message)
     return values
 
 
@@ -185,8 +185,8 @@ def _one_by_one(
             values.append(None)
             comma = isinstance(text, str) and "," in text
             hint = "; write a decimal point, not a comma" if comma else ""
-            words = f'{name} is "{shortened(str(text))}", which is no number{hint}'
-            errors.note("text in place of a number", rows.place(row), words)
+            message = f'{name} is "{shortened(str(text))}", which is no number{hint}'
+            errors.note("text in place of a number", rows.place(row), message)
     return pa.array(values, pa.float64())
 
 

@@ -72,8 +72,8 @@ class _Names:
     def of(self, column: pa.Array) -> Wholes:
         """Return the number of each name of a column."""
         encoded = column.dictionary_encode()
-        known = [self._number(name) for name in encoded.dictionary.to_pylist()]
-        places: Wholes = np.array(known, np.int64)[encoded.indices.to_numpy()]
+        codes = [self._number(name) for name in encoded.dictionary.to_pylist()]
+        places: Wholes = np.array(codes, np.int64)[encoded.indices.to_numpy()]
         return places
 
     def _number(self, name: str) -> int:
@@ -154,8 +154,8 @@ class Tracks:
             self._ends.append(rows)
         for kind in self.spec.kinds:
             if kind not in self._present:
-                words = unknown("kind", kind, sorted(self._present))
-                self.errors.note("an unknown kind", "kinds", words)
+                message = unknown("kind", kind, sorted(self._present))
+                self.errors.note("an unknown kind", "kinds", message)
         self.kinds = self.spec.kinds or tuple(
             sorted({kind for kind in self._kinds.values() if kind})
         )
@@ -176,12 +176,12 @@ class Tracks:
         names = kinds.dictionary.to_pylist()
         pairs = np.unique(_pair(individuals, kinds.indices.to_numpy()))
         for individual, kind in (divmod(pair, MOST_NAMES) for pair in pairs.tolist()):
-            known = self._kinds.setdefault(individual, names[kind])
-            if known != names[kind]:
-                words = f'"{names[kind]}" and "{known}" are kinds of one individual'
+            earlier = self._kinds.setdefault(individual, names[kind])
+            if earlier != names[kind]:
+                message = f'"{names[kind]}" and "{earlier}" are kinds of one individual'
                 whose = self._individuals.names[individual]
                 place = f"{file.name}, individual {whose}"
-                self.errors.note("two kinds of one individual", place, words)
+                self.errors.note("two kinds of one individual", place, message)
 
     def _check_names(self, file: TrackFile, piece: pa.Table, first: int) -> None:
         """Note rows without a name, and kinds that no column of a table can have."""
@@ -190,8 +190,8 @@ class Tracks:
             lacking = pc.or_kleene(pc.is_null(names), pc.equal(names, ""))
             if rows := np.flatnonzero(lacking.to_numpy(zero_copy_only=False)).tolist():
                 place = file.place(first + rows[0])
-                words = f"{column} is missing"
-                self.errors.note("a missing name", place, words, len(rows))
+                message = f"{column} is missing"
+                self.errors.note("a missing name", place, message, len(rows))
         if self.spec.columns.kind is None:
             return
         kinds = _kinds(piece, self.spec.columns.kind).unique().to_pylist()
@@ -200,11 +200,11 @@ class Tracks:
             if self.spec.kinds and kind not in self.spec.kinds:
                 continue
             if kind and (kind == WORKING or not NAME.fullmatch(kind)):
-                words = (
+                message = (
                     f'a kind cannot be called "{shortened(kind)}"; allowed: lower-case'
                     f' letters, digits and _, with a letter first, but not "{WORKING}"'
                 )
-                self.errors.note("kinds of this name", file.name, words)
+                self.errors.note("kinds of this name", file.name, message)
 
     def _chosen(self, piece: pa.Table) -> Wholes:
         """Return the indices of the rows whose kind is read."""
@@ -290,8 +290,8 @@ class Tracks:
         lacking = np.flatnonzero(np.isnan(values[TIME]))
         if lacking.size and self.errors.count == before:
             place = file.place(int(lacking[0]))
-            words = f"{self._measured[0]} is missing"
-            self.errors.note("a missing time", place, words, len(lacking))
+            message = f"{self._measured[0]} is missing"
+            self.errors.note("a missing time", place, message, len(lacking))
         if self.spec.columns.frame:
             values[TIME] *= self.spec.time_step
         if self.spec.coordinates == "degrees":
@@ -304,9 +304,9 @@ class Tracks:
         for row, most in ((X, 180.0), (Y, 90.0)):
             for wrong in np.flatnonzero(np.abs(values[row]) > most):
                 name = self._measured[row]
-                words = f"{name} is {values[row, wrong]:g}, beyond {most:g} degrees"
+                message = f"{name} is {values[row, wrong]:g}, beyond {most:g} degrees"
                 place = file.place(int(wrong))
-                self.errors.note("a position beyond the Earth", place, words)
+                self.errors.note("a position beyond the Earth", place, message)
                 values[row, wrong] = np.nan
         present = np.flatnonzero(np.isfinite(values[[X, Y]]).all(axis=0))
         if self.centre is None and present.size:
@@ -338,8 +338,8 @@ class Tracks:
                 key = (int(events[own[0]]), int(individuals[own[0]]))
                 begin = following.get(key, 0)
                 if begin + own.size > ends.get(key, 0):
-                    words = "changes while it is read; read a copy of the file"
-                    self.errors.note("a file that changes", file.name, words)
+                    message = "changes while it is read; read a copy of the file"
+                    self.errors.note("a file that changes", file.name, message)
                     self.errors.check()
                 places[own] = np.arange(begin, begin + own.size)
                 following[key] = begin + own.size

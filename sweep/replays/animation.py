@@ -74,7 +74,7 @@ class Scene:
     def __init__(self, study: str, job: Job, every: int | None = None) -> None:
         self.job = job
         self.world = world_of(job)
-        self.model = job.known.models[job.model]
+        self.model = job.catalogue.models[job.model]
         self.failures = failures_of(job)
         self.length = max(self.world.width, self.world.height) / TRIANGLES
         with style.context(STYLE):

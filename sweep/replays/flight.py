@@ -89,7 +89,7 @@ def shown_frames(job: Job, every: int, report: Report) -> Iterator[ShownFrame]:
     report : Report
         The callback that reports progress in steps.
     """
-    metrics = (job.known.metrics[name] for name in job.record.metrics)
+    metrics = (job.catalogue.metrics[name] for name in job.record.metrics)
     if not any(metric.covers for metric in metrics):
         for taken in frames(job, every, report):
             yield from map(ShownFrame, taken.steps.tolist(), taken.bodies)
@@ -131,7 +131,7 @@ def write_flight(
     list of Path
         The files: next to a CSV file is a file with units and provenance.
     """
-    schema = trajectories_schema(job.known.models[job.model], {})
+    schema = trajectories_schema(job.catalogue.models[job.model], {})
     schema = schema.with_metadata(metadata)
     with unfinished(path) as file, FLIGHTS[path.suffix](file, schema) as writer:
         for taken in frames(job, every, report):

@@ -25,8 +25,8 @@ def replay(study: StoredStudy, trial: str) -> tuple[str, bool]:
         result = simulate(job)
     differing = differences(study.name, stored, result)
     lines = [f"trial {job.trial_id}"]
-    if job.known.runs:
-        lines.append(f"{'code':34} {', '.join(job.known.runs)}, as stored")
+    if job.catalogue.runs:
+        lines.append(f"{'code':34} {', '.join(job.catalogue.runs)}, as stored")
     lines += [f"{path}: another file now" for path in study.other_now(stored)]
     for name, value in (
         {"status": result.status, "last_step": result.step} | trial_metrics(result)

@@ -269,7 +269,7 @@ class Among(NamedTuple):
     """A group of stored trials, and the common property of the trials in words."""
 
     trial_ids: set[str]
-    words: str
+    description: str
 
 
 def _ran_elsewhere(study: StoredStudy, device: dict[str, str] | None) -> Among | None:
@@ -284,8 +284,8 @@ def _ran_elsewhere(study: StoredStudy, device: dict[str, str] | None) -> Among |
         for trial in trial_ids
         if ("device" in provenance) != bool(device)
     }
-    words = " that a processor computed" if device else " that a device computed"
-    return Among(elsewhere, words) if elsewhere else None
+    description = " that a processor computed" if device else " that a device computed"
+    return Among(elsewhere, description) if elsewhere else None
 
 
 def _drawn(
@@ -321,7 +321,7 @@ def _drawn(
         len(comparable),
         seed,
         left_out,
-        among=among.words if among else "",
+        among=among.description if among else "",
     )
 
 

@@ -202,9 +202,9 @@ def behind_model(study: StoredStudy) -> Work:
     return behind(str(study.trials["model"].iloc[0]), study.known)
 
 
-def behind(name: str, known: Catalogue) -> Work:
+def behind(name: str, catalogue: Catalogue) -> Work:
     """Return the work behind a model of a catalogue, or the data of a recording."""
-    if known.models[name].events:
+    if catalogue.models[name].events:
         return Work(
             key=_key(name),
             kind="data",
@@ -212,7 +212,7 @@ def behind(name: str, known: Catalogue) -> Work:
             authors=(),
             year=None,
             version="",
-            note=known.models[name].source,
+            note=catalogue.models[name].source,
         )
     paper = bibliography_of(name)
     return Work(
@@ -222,7 +222,7 @@ def behind(name: str, known: Catalogue) -> Work:
         authors=tuple(map(Author, paper.authors)) if paper else (),
         year=paper.year if paper else None,
         version="",
-        note=paper.source if paper else known.models[name].source,
+        note=paper.source if paper else catalogue.models[name].source,
     )
 
 

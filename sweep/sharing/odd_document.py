@@ -85,7 +85,7 @@ class StudyFacts:
     Attributes
     ----------
     name : str
-    known : Catalogue
+    catalogue : Catalogue
         The models, metrics, maps and starts that the study can use.
     model : Model
     preset : str
@@ -121,7 +121,7 @@ class StudyFacts:
     """
 
     name: str
-    known: Catalogue
+    catalogue: Catalogue
     model: Model
     preset: str
     values: Mapping[str, Sequence[Value]]
@@ -148,7 +148,7 @@ class StudyFacts:
     @property
     def settings(self) -> dict[str, Setting]:
         """All parameters of the model, by name."""
-        return settings_of(self.model.name, self.known)
+        return settings_of(self.model.name, self.catalogue)
 
 
 def of_spec(study: Study, design: Design) -> StudyFacts:
@@ -164,8 +164,8 @@ def of_spec(study: Study, design: Design) -> StudyFacts:
     axis = study.continued
     return StudyFacts(
         name=study.name,
-        known=study.known,
-        model=study.known.models[study.model],
+        catalogue=study.catalogue,
+        model=study.catalogue.models[study.model],
         preset=study.preset,
         values=values | columns | searched,
         record=_recorded(study),
@@ -197,20 +197,20 @@ def of_stored(study: StoredStudy) -> StudyFacts:
     if not len(trials):
         raise ChoiceError("no trials are stored", study.name)
     try:
-        known = study.running(study.provenance)
+        catalogue = study.running(study.provenance)
         code = True
     except (CodeError, StoreError):  # frames of a recording may be elsewhere
-        known = study.known
+        catalogue = study.known
         code = False
     first = trials.iloc[0]
     counts = trials.groupby("point").size()
     listed = sorted(trials["seed"].unique().tolist())
-    words = [word.partition("=")[::2] for word in str(first["streams"]).split()]
+    streams = [word.partition("=")[::2] for word in str(first["streams"]).split()]
     chained = study.about.continued or {}
     return StudyFacts(
         name=study.name,
-        known=known,
-        model=known.models[str(first["model"])],
+        catalogue=catalogue,
+        model=catalogue.models[str(first["model"])],
         preset=str(first["preset"]),
         values={
             name: _distinct(trials[name].to_numpy())
@@ -226,7 +226,7 @@ def of_stored(study: StoredStudy) -> StudyFacts:
         seeds=f"the seeds {', '.join(map(str, listed))}"
         if first["seed_listed"]
         else f"made from the seed {', '.join(map(str, listed))}",
-        streams=dict(words),
+        streams=dict(streams),
         spec=study.spec,
         searches=keep_apart(study).split is not None,
         continued=chained.get("axis", ""),
@@ -286,7 +286,7 @@ class _Page:
         self.heading(2, "The experiment")
         _experiment(self)
         self.heading(2, "References")
-        source = behind(facts.model.name, facts.known).as_text()
+        source = behind(facts.model.name, facts.catalogue).as_text()
         self.list([source] if is_recording else [PROTOCOL, source])
         self.heading(2, "Gaps")
         self.list(self.gaps or ["none"])
@@ -440,7 +440,7 @@ def _is_off(facts: StudyFacts, setting: Setting) -> bool:
     if setting.spread_of:
         return values == [0.0]
     if setting.group == "observation":
-        metrics = filter(None, map(facts.known.metrics.get, facts.record))
+        metrics = filter(None, map(facts.catalogue.metrics.get, facts.record))
         return not any(setting.name in metric.parameters for metric in metrics)
     if setting.only_where:
         return not _can_hold(facts, setting.only_where.condition)
@@ -616,7 +616,7 @@ def _observation(page: _Page) -> None:
     facts = page.facts
     rows = []
     for name, (unit, text) in facts.record.items():
-        metric = facts.known.metrics.get(name)
+        metric = facts.catalogue.metrics.get(name)
         source = metric.source if metric else "computed by the spec from metrics"
         rows.append((name, unit, text, source))
     page.table(("metric", "unit", "meaning", "source"), rows)
@@ -637,7 +637,7 @@ def _observation(page: _Page) -> None:
                 profile.source,
             )
             for name in facts.profiles
-            if (profile := facts.known.profiles.get(name))
+            if (profile := facts.catalogue.profiles.get(name))
         ],
     )
     page.say(
@@ -660,13 +660,13 @@ def _stated_nowhere(missing: str) -> Callable[[_Page], None]:
 def _initialization(page: _Page) -> None:
     facts = page.facts
     for name in _texts(facts, "start_draws"):
-        start = facts.known.starts[name]
+        start = facts.catalogue.starts[name]
         page.say(f"Initial condition `{name}`: {start.text} ({start.source}).")
     for name in _texts(facts, "map"):
-        known = facts.known.maps.get(name)
-        if known:
-            drawn = " Every trial draws a new map." if known.random else ""
-            page.say(f"Map `{name}`: {known.text} ({known.source}).{drawn}")
+        declared = facts.catalogue.maps.get(name)
+        if declared:
+            drawn = " Every trial draws a new map." if declared.random else ""
+            page.say(f"Map `{name}`: {declared.text} ({declared.source}).{drawn}")
         else:
             page.say(f"Map `{name}`: defined in the spec.")
     if facts.model.begin_state:
@@ -838,8 +838,8 @@ CONCEPTS: Mapping[str, Callable[[_Page], None]] = {
 
 
 def _recorded(study: Study) -> dict[str, tuple[str, str]]:
-    model = study.known.models[study.model]
-    metrics = study.known.metrics
+    model = study.catalogue.models[study.model]
+    metrics = study.catalogue.metrics
     measured = {
         name: (spelled(metrics[name].unit, model), metrics[name].text)
         for name in study.record.metrics

@@ -97,7 +97,7 @@ def read_ablation(
     chosen = entry.child(ABLATE.name)
     if isinstance(chosen.value, dict):
         return _named(name, entry, reader, taken)
-    presets = reader.known.models[reader.model].presets
+    presets = reader.catalogue.models[reader.model].presets
     other = chosen.one_of(f"preset of {reader.model}", presets)
     if other == reader.preset:
         allowed = ", ".join(preset for preset in presets if preset != other)
@@ -106,7 +106,7 @@ def read_ablation(
             f" Allowed: {allowed}"
         )
     before, after = (
-        fitted_preset(reader.model, preset, reader.known)
+        fitted_preset(reader.model, preset, reader.catalogue)
         for preset in (reader.preset, other)
     )
     details = differing(before, after, taken)
@@ -156,12 +156,12 @@ def _named(name: str, entry: Entry, reader: AxisReader, taken: Collection[str]) 
     Raises one SpecError with all mistakes.
     """
     chosen = entry.child(ABLATE.name)
-    before = fitted_preset(reader.model, reader.preset, reader.known)
+    before = fitted_preset(reader.model, reader.preset, reader.catalogue)
     after = dict(before)
     details = dict[str, Detail]()
     detail_of = dict[str, str]()
     mistakes = Mistakes()
-    if name in reader.known.models[reader.model].presets:
+    if name in reader.catalogue.models[reader.model].presets:
         raise entry.error(
             f'"{name}" is a preset of {reader.model}: an axis with components needs a'
             " different name"
@@ -282,13 +282,13 @@ def differing(
     return tuple(dict.fromkeys(details.values()))
 
 
-def fitted_preset(model: str, preset: str, known: Catalogue) -> dict[str, Value]:
+def fitted_preset(model: str, preset: str, catalogue: Catalogue) -> dict[str, Value]:
     """Return the parameters of a preset, with the width and height of its map.
 
     Parameters
     ----------
     model, preset : str
-    known : Catalogue
+    catalogue : Catalogue
         Models and maps by name.
 
     Returns
@@ -296,8 +296,8 @@ def fitted_preset(model: str, preset: str, known: Catalogue) -> dict[str, Value]
     dict
         Values by parameter, with the values of spreads.
     """
-    settings = usual_settings(model, preset, known)
-    size = known.maps[str(settings["map"])].size
+    settings = usual_settings(model, preset, catalogue)
+    size = catalogue.maps[str(settings["map"])].size
     return settings | (
         dict(zip(("width", "height"), size, strict=True)) if size else {}
     )

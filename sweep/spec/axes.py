@@ -135,7 +135,7 @@ class AxisReader:
 
     Attributes
     ----------
-    known : Catalogue
+    catalogue : Catalogue
         Models, metrics, maps and starts by name.
     model, preset : str
     settings : dict
@@ -150,7 +150,7 @@ class AxisReader:
         Keys of a spec, for the error about an unknown parameter.
     """
 
-    known: Catalogue
+    catalogue: Catalogue
     model: str
     preset: str
     settings: dict[str, Setting]

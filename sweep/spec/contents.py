@@ -156,16 +156,16 @@ class Number(Content[float]):
     @property
     def words(self) -> str:
         """The allowed range, with the unit and the note."""
-        words = f"a number of {self.unit}" if self.unit else "a number"
+        text = f"a number of {self.unit}" if self.unit else "a number"
         if self.least is not None:
-            words += f" from {self.least:g}"
+            text += f" from {self.least:g}"
         if self.above is not None:
-            words += f" above {self.above:g}"
+            text += f" above {self.above:g}"
         if self.most is not None:
-            words += f"{' to' if self.above is None else ', at most'} {self.most:g}"
+            text += f"{' to' if self.above is None else ', at most'} {self.most:g}"
         if self.below is not None:
-            words += f" and below {self.below:g}"
-        return f"{words}, {self.note}" if self.note else words
+            text += f" and below {self.below:g}"
+        return f"{text}, {self.note}" if self.note else text
 
     def read(self, entry: Entry) -> float:
         """Return the number of `entry`."""

@@ -70,7 +70,10 @@ def derived_schema() -> Schema:
 
 
 def read_derived(
-    entry: Entry | None, model: str, known: Catalogue, settings: Mapping[str, Setting]
+    entry: Entry | None,
+    model: str,
+    catalogue: Catalogue,
+    settings: Mapping[str, Setting],
 ) -> tuple[DerivedMetric, ...]:
     """Return the derived metrics of a spec, each after the metrics in its expression.
 
@@ -80,7 +83,7 @@ def read_derived(
         The section of the spec. Without a section there are no derived metrics.
     model : str
         Name of the model.
-    known : Catalogue
+    catalogue : Catalogue
         Models and metrics by name.
     settings : mapping
         The parameters of the study by name.
@@ -101,19 +104,21 @@ def read_derived(
         raise entry.error(
             f"{len(entries):,} derived metrics; at most {MOST_DERIVED} are allowed"
         )
-    numbers = {**_measured(model, known), **settings}
+    numbers = {**_measured(model, catalogue), **settings}
     numbers |= {name: _numbers(name) for name in entries}
     expressions = dict[str, Expression]()
     mistakes = Mistakes()
     for name, child in entries.items():
         with mistakes.noted():
-            _check_name(child, name, settings, known.metrics)
+            _check_name(child, name, settings, catalogue.metrics)
             expressions[name] = read_expression(child, numbers, NUMBER)
     mistakes.check()
-    metrics = KnownMetrics(model, known, tuple(entries))
+    metrics = KnownMetrics(model, catalogue, tuple(entries))
     derived: list[DerivedMetric] = []
     counts = {
-        name for name, metric in known.metrics.items() if metric.distribution == "count"
+        name
+        for name, metric in catalogue.metrics.items()
+        if metric.distribution == "count"
     }
     for name, expression in in_order(entry, expressions).items():
         child = entries[name]
@@ -136,9 +141,9 @@ def declared(stored: str) -> Distribution:
 
     Studies of versions up to 0.8 have no stored distribution.
     """
-    for known in get_args(Distribution):
-        if stored == known:
-            return cast(Distribution, known)
+    for distribution in get_args(Distribution):
+        if stored == distribution:
+            return cast(Distribution, distribution)
     return SKEWED
 
 
@@ -157,11 +162,11 @@ def needed(derived: Iterable[DerivedMetric]) -> list[str]:
     return list(names)
 
 
-def _measured(name: str, known: Catalogue) -> dict[str, Setting]:
-    model = known.models[name]
-    metrics = (*known.metrics, *names_of_parts(model, known))
+def _measured(name: str, catalogue: Catalogue) -> dict[str, Setting]:
+    model = catalogue.models[name]
+    metrics = (*catalogue.metrics, *names_of_parts(model, catalogue))
     return {
-        metric: _numbers(metric, spelled(known.metrics[metric].unit, model))
+        metric: _numbers(metric, spelled(catalogue.metrics[metric].unit, model))
         for metric in metrics
     }
 
@@ -200,7 +205,7 @@ def _check_needs(entry: Entry, expression: Expression, metrics: KnownMetrics) ->
     for name in names:
         metrics.check(entry, name)
     if not any(
-        name in metrics.known.metrics or name in metrics.derived for name in names
+        name in metrics.catalogue.metrics or name in metrics.derived for name in names
     ):
         raise entry.error(
             f'{entry.name}: "{expression.text}" contains no metric (`sweep metrics`);'

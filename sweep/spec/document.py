@@ -70,10 +70,10 @@ class Document:
         -------
         SpecError
         """
-        known = place
-        while known and known not in self.lines:
-            known = known[:-1]
-        error = self.error_in_line(self.lines.get(known, 1), message, known)
+        nearest = place
+        while nearest and nearest not in self.lines:
+            nearest = nearest[:-1]
+        error = self.error_in_line(self.lines.get(nearest, 1), message, nearest)
         error.place = place
         return error
 

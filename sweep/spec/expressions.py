@@ -105,13 +105,13 @@ def _array(values: Values | Value) -> Values:
     return np.asarray(values, dtype=np.object_ if isinstance(values, str) else None)
 
 
-def parse(text: str, known: Mapping[str, Setting]) -> Expression:
-    """Return the checked expression of a string over the parameters `known`.
+def parse(text: str, settings: Mapping[str, Setting]) -> Expression:
+    """Return the checked expression of a string over the parameters `settings`.
 
     Raises ExpressionError if the string is not an expression, or is not allowed.
     """
     tree = _tree(text)
-    checker = _Checker(known)
+    checker = _Checker(settings)
     kind = checker.kind(tree)
     names = frozenset(checker.names)
     return Expression(text.strip(), kind, names, checker.parts, tree=tree)
@@ -152,8 +152,8 @@ class _Checker:
     The methods raise ExpressionError for anything that is not allowed.
     """
 
-    def __init__(self, known: Mapping[str, Setting]) -> None:
-        self.known = known
+    def __init__(self, settings: Mapping[str, Setting]) -> None:
+        self.settings = settings
         self.names: set[str] = set()
         self.parts = 0
 
@@ -199,10 +199,10 @@ class _Checker:
     def _name(self, name: str) -> str:
         if name in CONSTANTS:
             return CONDITION if isinstance(CONSTANTS[name], bool) else NUMBER
-        if name not in self.known:
-            raise ExpressionError(unknown("name", name, [*self.known, *CONSTANTS]))
+        if name not in self.settings:
+            raise ExpressionError(unknown("name", name, [*self.settings, *CONSTANTS]))
         self.names.add(name)
-        return KINDS[self.known[name].kind]
+        return KINDS[self.settings[name].kind]
 
     def _all(
         self,
@@ -242,9 +242,9 @@ class _Checker:
         positions as in tables.
         """
         settings = [
-            self.known[term.id]
+            self.settings[term.id]
             for term in terms
-            if isinstance(term, ast.Name) and term.id in self.known
+            if isinstance(term, ast.Name) and term.id in self.settings
         ]
         texts = [
             term.value

@@ -180,25 +180,25 @@ class Policy:
     def in_words(self, trials: int) -> str:
         """Return the policy for a number of trials in words; "" for the default."""
         allowed = self.allowed(trials)
-        words = []
+        phrases = []
         if self.retries:
-            words.append(
+            phrases.append(
                 f"failed trials run again at most {self.retries:,}"
                 f" {'time' if self.retries == 1 else 'times'}"
             )
         if self.on_error == "stop":
-            words.append("the launch ends at the first failed trial")
+            phrases.append("the launch ends at the first failed trial")
         elif allowed is not None:
-            words.append(
+            phrases.append(
                 f"the launch ends when more than {allowed:,} of {trials:,} trials have"
                 " failed"
             )
         if self.memory is not None:
-            words.append(
+            phrases.append(
                 "a trial fails if the worker uses more than"
                 f" {self.memory / 2**20:,.0f} MiB"
             )
-        return "; ".join(words)
+        return "; ".join(phrases)
 
 
 def read_policy(root: Entry) -> Policy:
@@ -242,7 +242,9 @@ def _unknown_unit(unit: str) -> str:
 
     The most frequent mistake is a wrong case of letters, which `unknown` does not find.
     """
-    close = next((known for known in UNITS if known.lower() == unit.lower()), None)
+    close = next(
+        (written for written in UNITS if written.lower() == unit.lower()), None
+    )
     if close is None:
         return unknown("unit of memory", unit, UNITS)
     return (

@@ -499,15 +499,15 @@ def _obstacles(
 
 def _copied(entry: Entry, _folder: Path) -> OwnMap:
     mistakes = Mistakes()
-    known = sizes()
+    size_of = sizes()
     values = _part_values(CopiedMap, entry, mistakes)
     name = values.get("source")
     size = None
     with mistakes.noted():
         if name is not None:
-            if name not in known:
-                raise entry.child("from").error(unknown("map to copy", name, known))
-            size = known[name]
+            if name not in size_of:
+                raise entry.child("from").error(unknown("map to copy", name, size_of))
+            size = size_of[name]
     without = values["without"]
     changed = mistakes.read(_changed, values["change"], without, size) or {}
     added = mistakes.read(_obstacles, entry, values["add"], size) or ()

@@ -132,7 +132,7 @@ def written_profiles(profiles: tuple[RecordedProfile, ...]) -> Any:
 
 
 def check_profile(
-    entry: Entry, recorded: RecordedProfile, known: Catalogue, model: Model
+    entry: Entry, recorded: RecordedProfile, catalogue: Catalogue, model: Model
 ) -> None:
     """Raise SpecError if a profile or the kind of boids is unknown.
 
@@ -141,23 +141,23 @@ def check_profile(
     entry : Entry
         The error has the line of this entry.
     recorded : RecordedProfile
-    known : Catalogue
+    catalogue : Catalogue
         Profiles and metrics by name.
     model : Model
     """
     name = recorded.name
-    if name in known.metrics:
+    if name in catalogue.metrics:
         raise entry.error(f'"{name}" has no axis: list it under "metrics"')
-    if name not in known.profiles:
-        raise entry.error(unknown("profile", name, known.profiles))
-    profile = known.profiles[name]
+    if name not in catalogue.profiles:
+        raise entry.error(unknown("profile", name, catalogue.profiles))
+    profile = catalogue.profiles[name]
     if profile.part not in ("", WORKING, *model.kinds):
         raise entry.error(
             f'profile "{name}" needs a model with the kind {profile.part}'
         )
     if profile.axis == "box side" and recorded.to is not None:
-        words = f'"to" has no effect on {name}: boxes divide the world'
-        raise entry.error(f"{words}; remove the key")
+        reason = f'"to" has no effect on {name}: boxes divide the world'
+        raise entry.error(f"{reason}; remove the key")
     if profile.axis == "individual" and recorded.bins is not None:
-        words = f'"bins" has no effect on {name}, which has a value per individual'
-        raise entry.error(f"{words}; remove the key")
+        reason = f'"bins" has no effect on {name}, which has a value per individual'
+        raise entry.error(f"{reason}; remove the key")

@@ -123,29 +123,29 @@ class KnownMetrics(NamedTuple):
     ----------
     model : str
         Name of the model.
-    known : Catalogue
+    catalogue : Catalogue
         Models and metrics by name.
     derived : tuple of str
         Names of the metrics that the spec derives.
     """
 
     model: str
-    known: Catalogue
+    catalogue: Catalogue
     derived: tuple[str, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
         """All names, with metrics of parts of the boids at the end."""
-        model = self.known.models[self.model]
-        parts = names_of_parts(model, self.known)
-        return (*self.known.metrics, *self.derived, *parts)
+        model = self.catalogue.models[self.model]
+        parts = names_of_parts(model, self.catalogue)
+        return (*self.catalogue.metrics, *self.derived, *parts)
 
     def read(self, entry: Entry) -> str:
         """Return the metric whose name is the value of an entry."""
         name = entry.text()
-        if name in self.known.profiles and name not in self.derived:
+        if name in self.catalogue.profiles and name not in self.derived:
             raise entry.error(f'"{name}" has an axis: list it under "profiles"')
-        if name not in self.known.metrics:
+        if name not in self.catalogue.metrics:
             name = entry.one_of("metric", self.names)
         self.check(entry, name)
         return name
@@ -157,7 +157,7 @@ class KnownMetrics(NamedTuple):
         half.
         """
         column = Column.read(entry.name)
-        metrics = self.known.metrics
+        metrics = self.catalogue.metrics
         if column.metric not in metrics and column.metric not in self.derived:
             raise entry.error(unknown("metric", entry.name, columns_of(self.names)))
         self.check(entry, column.metric)
@@ -173,16 +173,18 @@ class KnownMetrics(NamedTuple):
         name : str
             Name of the metric.
         """
-        metric = self.known.metrics.get(name)
-        models = self.known.models
+        metric = self.catalogue.metrics.get(name)
+        models = self.catalogue.models
         if metric and (lacking := lacks(models[self.model], metric)):
             model = models[self.model]
             has_kinds = metric.kinds and set(metric.kinds) <= set(model.kinds)
             if model.events and has_kinds and not (metric.state or metric.potential):
-                words = f'metric "{name}" needs {lacking}, in this order, and no others'
+                message = (
+                    f'metric "{name}" needs {lacking}, in this order, and no others'
+                )
                 kinds = ", ".join(metric.kinds)
-                words += f"; write `kinds: [{kinds}]` under `recording`"
-                raise entry.error(words)
+                message += f"; write `kinds: [{kinds}]` under `recording`"
+                raise entry.error(message)
             having = [each.name for each in models.values() if not lacks(each, metric)]
             raise entry.error(
                 f'metric "{name}" needs a model with {lacking}. Allowed:'
@@ -190,9 +192,9 @@ class KnownMetrics(NamedTuple):
             )
 
 
-def names_of_parts(model: Model, known: Catalogue) -> list[str]:
+def names_of_parts(model: Model, catalogue: Catalogue) -> list[str]:
     """Return the names of the metrics of each part of the boids of a model."""
-    names = [name for name, metric in known.metrics.items() if has_parts(metric)]
+    names = [name for name, metric in catalogue.metrics.items() if has_parts(metric)]
     parts = (*model.kinds, WORKING)
     return [f"{name}{OF}{part}" for part in parts for name in names]
 

@@ -285,29 +285,29 @@ def check_of_recording(
     for name in set_here:
         with mistakes.noted():
             if name in measured:
-                words = f'the recording gives the value of "{name}"; remove the key'
-                raise section.document.error(places[name], words)
+                message = f'the recording gives the value of "{name}"; remove the key'
+                raise section.document.error(places[name], message)
             if name in idle:
-                words = f'"{name}" has no effect on recorded individuals'
-                words += "; remove the key"
-                raise section.document.error(places[name], words)
+                message = f'"{name}" has no effect on recorded individuals'
+                message += "; remove the key"
+                raise section.document.error(places[name], message)
     by_event = parameters_of(model.events[0], model.kinds)
     for place, expression in expressions.items():
         with mistakes.noted():
             for name in sorted(expression.names & by_event.keys()):
-                words = f'"{name}" differs from event to event'
-                words += f'; remove it from "{expression.text}"'
-                raise section.document.error(place, words)
+                message = f'"{name}" differs from event to event'
+                message += f'; remove it from "{expression.text}"'
+                raise section.document.error(place, message)
     for key in strategies:
         with mistakes.noted():
-            words = f'"{key}" adds trials, and each event of a recording is one trial'
-            raise section.document.error((key,), f'{words}; remove "{key}"')
+            message = f'"{key}" adds trials, and each event of a recording is one trial'
+            raise section.document.error((key,), f'{message}; remove "{key}"')
     with mistakes.noted():
         scheme = section.value.get("velocities", "central")
         if TORUS in set_here.get("borders", ()) and scheme != "given":
-            words = "differences of positions are no velocities at periodic borders"
-            words += "; use `velocities: given`"
-            raise section.document.error(places["borders"], words)
+            message = "differences of positions are no velocities at periodic borders"
+            message += "; use `velocities: given`"
+            raise section.document.error(places["borders"], message)
     mistakes.check()
 
 
@@ -345,9 +345,9 @@ def check_measurable(
         for parameter in needed:
             with mistakes.noted():
                 if parameter and parameter not in set_here:
-                    words = f'metric "{name}" needs "{parameter}" under "fixed"'
+                    reason = f'metric "{name}" needs "{parameter}" under "fixed"'
                     raise root.document.error(
-                        ("record",), f"{words}, in {model.length}"
+                        ("record",), f"{reason}, in {model.length}"
                     )
     mistakes.check()
     absent = [event for event in model.events if event.absent > 0.0]
@@ -361,10 +361,10 @@ def check_measurable(
     for name, metric in metrics.items():
         with mistakes.noted():
             if not metric.looks:
-                words = f'metric "{name}" needs each individual in each frame'
-                raise root.document.error(("record",), f"{words}; {why}")
+                reason = f'metric "{name}" needs each individual in each frame'
+                raise root.document.error(("record",), f"{reason}; {why}")
     for table in tables:
         with mistakes.noted():
-            words = f"{table} need each individual in each frame"
-            raise root.document.error(("record", table), f"{words}; {why}")
+            reason = f"{table} need each individual in each frame"
+            raise root.document.error(("record", table), f"{reason}; {why}")
     mistakes.check()

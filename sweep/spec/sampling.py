@@ -93,7 +93,7 @@ class BlockRules:
 
     Attributes
     ----------
-    words : str
+    label : str
         Name of the blocks, in the plural.
     sizes : tuple of BlockSize
         Allowed sizes of a block.
@@ -106,7 +106,7 @@ class BlockRules:
         True if the analysis needs the number of levels.
     """
 
-    words: str
+    label: str
     sizes: tuple[BlockSize, ...]
     read: Callable[[Entry], tuple[BlockSize, int | None]]
     options: tuple[Key, ...] = ()

@@ -38,7 +38,7 @@ NO_FILES: Mapping[str, str | None] = {}
 
 
 def json_schema(
-    known: Catalogue = BUILT_IN,
+    catalogue: Catalogue = BUILT_IN,
     files: Mapping[str, str | None] = NO_FILES,
     samplers: Mapping[str, Sampler] = SAMPLERS,
 ) -> Schema:
@@ -46,7 +46,7 @@ def json_schema(
 
     Parameters
     ----------
-    known : Catalogue, optional
+    catalogue : Catalogue, optional
         Models, metrics, maps and starts by name; by default the built-in ones.
     files : mapping, optional
         The model of each custom file with known entries, None for a file without a
@@ -72,7 +72,7 @@ def json_schema(
             _known_metrics(files),
             replication_rules(),
         ],
-        "definitions": _definitions(known, samplers),
+        "definitions": _definitions(catalogue, samplers),
     }
 
 
@@ -80,40 +80,40 @@ def _is(model: str) -> Schema:
     return {"properties": {"model": {"const": model}}, "required": ["model"]}
 
 
-def _definitions(known: Catalogue, samplers: Mapping[str, Sampler]) -> Schema:
+def _definitions(catalogue: Catalogue, samplers: Mapping[str, Sampler]) -> Schema:
     """Return the schemas to which references refer by name."""
     models = {
         name: part
-        for model in known.models
-        for name, part in of_model(model, known).items()
+        for model in catalogue.models
+        for name, part in of_model(model, catalogue).items()
     }
     derived = {"type": "string", "pattern": f"^{NAME.pattern}$"}
     names = {
         "metric": {"anyOf": [reference("built_in_metric"), derived, OWN_CODE]},
         "column": {"anyOf": [reference("built_in_column"), derived]},
         "built_in_metric": {
-            "anyOf": [{"enum": list(known.metrics)}, reference("metric_of_part")]
+            "anyOf": [{"enum": list(catalogue.metrics)}, reference("metric_of_part")]
         },
         "built_in_column": {
             "anyOf": [
-                {"enum": columns_of(known.metrics)},
-                {"pattern": any_of([f"{_of_parts(known)}({MEAN})?"])},
+                {"enum": columns_of(catalogue.metrics)},
+                {"pattern": any_of([f"{_of_parts(catalogue)}({MEAN})?"])},
             ]
         },
-        "metric_of_part": {"pattern": any_of([_of_parts(known)])},
-        "built_in_map": {"enum": list(known.maps)},
+        "metric_of_part": {"pattern": any_of([_of_parts(catalogue)])},
+        "built_in_map": {"enum": list(catalogue.maps)},
     }
     names |= {"own_code": OWN_CODE_FORM, "shape": shape_schema()}
     by_section: Schema = {}
     for section in sections().values():
         by_section |= section.definitions()
-    return by_section | names | _forms(samplers) | kinds(known) | models
+    return by_section | names | _forms(samplers) | kinds(catalogue) | models
 
 
-def _of_parts(known: Catalogue) -> str:
+def _of_parts(catalogue: Catalogue) -> str:
     """Return the pattern of the metrics of a kind of boids, or of working boids."""
-    names = [name for name, metric in known.metrics.items() if has_parts(metric)]
-    kinds = [kind for model in known.models.values() for kind in model.kinds]
+    names = [name for name, metric in catalogue.metrics.items() if has_parts(metric)]
+    kinds = [kind for model in catalogue.models.values() for kind in model.kinds]
     parts = dict.fromkeys((*map(re.escape, kinds), WORKING))
     return f"({'|'.join(names)}){OF}({'|'.join(parts)})"
 

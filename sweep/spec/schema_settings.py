@@ -53,15 +53,15 @@ IN_A_LINE = r"^ *([^ ;]+ +[^ ;]+ *(; *[^ ;]+ +[^ ;]+ *)*)?$"
 TYPES = {"float": "number", "int": "integer", "bool": "boolean"}
 
 
-def kinds(known: Catalogue) -> Schema:
+def kinds(catalogue: Catalogue) -> Schema:
     """Return the schema of a value of each kind of parameter, by name of the kind.
 
     The name with the prefix `each.` has the schema of several values.
     """
     settings = [
         setting
-        for model in known.models
-        for setting in settings_of(model, known).of_study(()).values()
+        for model in catalogue.models
+        for setting in settings_of(model, catalogue).of_study(()).values()
     ]
     every = {_kind(setting): setting for setting in settings}
     several = {f"each.{kind}": _each(reference(kind)) for kind in every}
@@ -100,11 +100,12 @@ def _each(value: Schema) -> Schema:
     return items | {"patternProperties": {any_of(["values", *lists]): items}}
 
 
-def of_model(model: str, known: Catalogue) -> Schema:
+def of_model(model: str, catalogue: Catalogue) -> Schema:
     """Return the definitions of a model: parameters, axes, and additions to a spec."""
-    settings = settings_of(model, known).of_study(())
+    settings = settings_of(model, catalogue).of_study(())
     presets = {
-        name: usual_settings(model, name, known) for name in known.models[model].presets
+        name: usual_settings(model, name, catalogue)
+        for name in catalogue.models[model].presets
     }
     values = {name: reference(_kind(setting)) for name, setting in settings.items()}
     texts = {

@@ -56,7 +56,7 @@ class SpecContext(NamedTuple):
         Recorded metrics, or all known metrics if the record is wrong.
     profiles : sequence of RecordedProfile, optional
         Recorded profiles. None if the record is wrong.
-    known : KnownMetrics
+    metrics : KnownMetrics
         Known metrics.
     settings : mapping
         Parameters of the study by name.
@@ -74,7 +74,7 @@ class SpecContext(NamedTuple):
     replication: Replication | None
     recorded: Sequence[str]
     profiles: Sequence[RecordedProfile] | None
-    known: KnownMetrics
+    metrics: KnownMetrics
     settings: Mapping[str, Setting]
     reader: AxisReader
     taken: Mapping[str, Place]
@@ -179,7 +179,7 @@ class StudyVariant:
     ----------
     name : str
         Name of the variant below the name of the study.
-    words : str
+    description : str
         The difference in words.
     place : Place
         Keys of the spec that lead to the request for the variant.
@@ -188,7 +188,7 @@ class StudyVariant:
     """
 
     name: str
-    words: str
+    description: str
     place: Place
     spec: dict[str, Any]
 
@@ -364,7 +364,7 @@ def form_of(name: str) -> SpecSection | None:
     return next((section for section in every if section.form_of == name), None)
 
 
-def check_names(kind: str, names: Sequence[str], known: Collection[str]) -> None:
+def check_names(kind: str, names: Sequence[str], allowed: Collection[str]) -> None:
     """Raise ValueError for an unknown name, and for a name that appears twice.
 
     Parameters
@@ -372,10 +372,10 @@ def check_names(kind: str, names: Sequence[str], known: Collection[str]) -> None
     kind : str
         Noun for the names, for the message.
     names : sequence of str
-    known : collection of str
+    allowed : collection of str
     """
     for name in names:
-        if name not in known:
+        if name not in allowed:
             raise ValueError(f'there is no {kind} "{name}"')
     if len(names) > len(set(names)):
         raise ValueError(f"a {kind} is listed twice")

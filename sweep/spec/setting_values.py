@@ -19,14 +19,14 @@ from sweep.text import unknown
 
 
 def read_fixed(
-    entry: Entry | None, known: dict[str, Setting], keys: Container[str] = ()
+    entry: Entry | None, settings: dict[str, Setting], keys: Container[str] = ()
 ) -> dict[str, Value]:
     """Return the values under `fixed`, each in the type of the parameter.
 
     Parameters
     ----------
     entry : Entry or None
-    known : dict
+    settings : dict
         Parameters by name.
     keys : container of str, optional
         Keys of a spec, for a message about a key that is not a parameter.
@@ -35,18 +35,18 @@ def read_fixed(
     mistakes = Mistakes()
     for name, child in entry.mapping() if entry else ():
         with mistakes.noted():
-            fixed[name] = _fixed(name, child, known, keys)
+            fixed[name] = _fixed(name, child, settings, keys)
     mistakes.check()
     return fixed
 
 
 def _fixed(
-    name: str, entry: Entry, known: dict[str, Setting], keys: Container[str]
+    name: str, entry: Entry, settings: dict[str, Setting], keys: Container[str]
 ) -> Value:
-    if name not in known:
-        raise entry.error(no_setting(name, known, keys))
+    if name not in settings:
+        raise entry.error(no_setting(name, settings, keys))
     try:
-        return known[name].coerce(entry.value)
+        return settings[name].coerce(entry.value)
     except NotAllowedError as error:
         raise entry.error(str(error)) from None
 
@@ -149,7 +149,7 @@ def read_axes(
 
 
 def read_derive(
-    entry: Entry | None, known: dict[str, Setting]
+    entry: Entry | None, settings: dict[str, Setting]
 ) -> dict[str, Expression]:
     """Return the expressions under `derive` by parameter.
 
@@ -159,20 +159,20 @@ def read_derive(
     mistakes = Mistakes()
     for name, child in entry.mapping() if entry else ():
         with mistakes.noted():
-            unsorted[name] = _derived(name, child, known)
+            unsorted[name] = _derived(name, child, settings)
     mistakes.check()
     return in_order(entry, unsorted) if entry else {}
 
 
-def _derived(name: str, entry: Entry, known: dict[str, Setting]) -> Expression:
-    if name not in known:
-        raise entry.error(unknown("parameter", name, known))
+def _derived(name: str, entry: Entry, settings: dict[str, Setting]) -> Expression:
+    if name not in settings:
+        raise entry.error(unknown("parameter", name, settings))
     if name == "map":
         raise entry.error(
             "map cannot be derived, because further parameters depend on the map:"
             " sweep the map with zip or a table"
         )
-    return read_expression(entry, known, KINDS[known[name].kind])
+    return read_expression(entry, settings, KINDS[settings[name].kind])
 
 
 def in_order(entry: Entry, unsorted: Mapping[str, Expression]) -> dict[str, Expression]:
@@ -305,13 +305,13 @@ def check_complete(root: Entry, axes: tuple[Axis, ...]) -> None:
 
 
 def read_require(
-    entry: Entry | None, known: dict[str, Setting]
+    entry: Entry | None, settings: dict[str, Setting]
 ) -> tuple[Expression, ...]:
     """Return the conditions under `require`."""
     conditions: list[Expression] = []
     mistakes = Mistakes()
     for child in entry.entries() if entry else ():
         with mistakes.noted():
-            conditions.append(read_expression(child, known, CONDITION))
+            conditions.append(read_expression(child, settings, CONDITION))
     mistakes.check()
     return tuple(conditions)

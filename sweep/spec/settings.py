@@ -207,16 +207,16 @@ class Setting:
                 f"a list of up to {MOST_PLACES} positions [x, y]{unit}, or a string"
                 f' such as "{in_a_line(((1, 2.5), (3, 4)))}"'
             )
-        words = "an integer" if self.kind == "int" else "a number"
+        text = "an integer" if self.kind == "int" else "a number"
         if self.low > -math.inf:
-            words += (
+            text += (
                 f" above {_in_full(self.low)}"
                 if self.exclusive
                 else f" from {_in_full(self.low)}"
             )
         if self.high < math.inf:
-            words += f" to {_in_full(self.high)}"
-        return words + (f" ({self.unit})" if self.unit else "")
+            text += f" to {_in_full(self.high)}"
+        return text + (f" ({self.unit})" if self.unit else "")
 
 
 def _in_full(bound: float) -> str:
@@ -362,28 +362,28 @@ GROUPS: tuple[tuple[str, type[Any]], ...] = (
 
 
 def _entered(
-    name: str, declared: About, known: Catalogue
+    name: str, declared: About, catalogue: Catalogue
 ) -> tuple[tuple[str, ...], str]:
     """Return the choices and the description of a parameter.
 
     The choices of maps and starts come from the catalogue.
     """
     if name == "map":
-        return tuple(known.maps), declared.text
+        return tuple(catalogue.maps), declared.text
     if name == "start_draws":
-        texts = [f"{start}: {entry.text}" for start, entry in known.starts.items()]
-        return tuple(known.starts), "; ".join(texts)
+        texts = [f"{start}: {entry.text}" for start, entry in catalogue.starts.items()]
+        return tuple(catalogue.starts), "; ".join(texts)
     return declared.choices, declared.text
 
 
 def _setting(
-    name: str, hint: Any, group: str, model: Model, known: Catalogue
+    name: str, hint: Any, group: str, model: Model, catalogue: Catalogue
 ) -> Setting:
     base, declared, *further = get_args(hint)
     assert isinstance(declared, About)
     in_parts = [note.each_step for note in further if isinstance(note, InParts)]
     only_where = [note for note in further if isinstance(note, OnlyWhere)]
-    choices, text = _entered(name, declared, known)
+    choices, text = _entered(name, declared, catalogue)
     kind = "choice" if choices else "places" if base == Places else base.__name__
     unit = spelled(declared.unit, model)
     return Setting(
@@ -406,16 +406,16 @@ def _setting(
 
 
 @lru_cache(maxsize=256)
-def settings_of(model: str, known: Catalogue) -> Settings:
+def settings_of(model: str, catalogue: Catalogue) -> Settings:
     """Return every parameter of the model of a name.
 
     The parameters of the model itself are first, then schedule, world, sensing,
     actuation, failures, medium, start and observation.
     """
-    entry = known.models[model]
+    entry = catalogue.models[model]
     groups = (("parameters", entry.params), *GROUPS)
     described = {
-        name: _setting(name, hint, group, entry, known=known)
+        name: _setting(name, hint, group, entry, catalogue=catalogue)
         for group, settings in groups
         for name, hint in get_type_hints(settings, include_extras=True).items()
     }
@@ -423,14 +423,14 @@ def settings_of(model: str, known: Catalogue) -> Settings:
 
 
 def no_setting(
-    name: str, known: Iterable[str], keys: Container[str], more: str = ""
+    name: str, settings: Iterable[str], keys: Container[str], more: str = ""
 ) -> str:
     """Return the message for a name that is not a parameter.
 
     Parameters
     ----------
     name : str
-    known : iterable of str
+    settings : iterable of str
         Parameters.
     keys : container of str
         Keys of a whole spec, which may include the name.
@@ -442,7 +442,7 @@ def no_setting(
             f'"{name}" is not a parameter but a key of the whole spec, with one value'
             ' for all points: write the key next to "model"'
         )
-    return unknown("parameter", name, known) + more
+    return unknown("parameter", name, settings) + more
 
 
 def usual_preset(model: Model) -> str:
@@ -456,20 +456,20 @@ def spelled(unit: str, model: Model) -> str:
     return re.sub(r"\b(length|time)\b", lambda word: own[word[0]], unit)
 
 
-def preset_settings(model: str, preset: str, known: Catalogue) -> dict[str, Value]:
+def preset_settings(model: str, preset: str, catalogue: Catalogue) -> dict[str, Value]:
     """Return the value of every parameter in a preset of a model.
 
     Parameters
     ----------
     model : str
     preset : str
-    known : Catalogue
+    catalogue : Catalogue
         Models by name.
     """
-    values = known.models[model].preset_values(preset)
+    values = catalogue.models[model].preset_values(preset)
     return {
         name: setting.coerce(values[name])
-        for name, setting in settings_of(model, known).items()
+        for name, setting in settings_of(model, catalogue).items()
     }
 
 
@@ -483,7 +483,7 @@ def only_wrapping(model: Model) -> list[str]:
     ]
 
 
-def usual_settings(model: str, preset: str, known: Catalogue) -> dict[str, Value]:
+def usual_settings(model: str, preset: str, catalogue: Catalogue) -> dict[str, Value]:
     """Return the value of every parameter in a preset, with spreads.
 
     Robots of a preset do not differ, so all spreads are 0.
@@ -492,15 +492,15 @@ def usual_settings(model: str, preset: str, known: Catalogue) -> dict[str, Value
     ----------
     model : str
     preset : str
-    known : Catalogue
+    catalogue : Catalogue
         Models by name.
     """
-    spreads = settings_of(model, known).spreads
-    return preset_settings(model, preset, known) | dict.fromkeys(spreads, 0.0)
+    spreads = settings_of(model, catalogue).spreads
+    return preset_settings(model, preset, catalogue) | dict.fromkeys(spreads, 0.0)
 
 
 def settings_tuple(
-    group: type[Any], settings: dict[str, Value], known: dict[str, Setting]
+    group: type[Any], settings: dict[str, Value], described: dict[str, Setting]
 ) -> Any:
     """Return a group of parameters, filled with values.
 
@@ -510,7 +510,7 @@ def settings_tuple(
         A NamedTuple of `kernels.settings`, or Params of a model.
     settings : dict
         Values by parameter.
-    known : dict
+    described : dict
         Parameters by name.
 
     Returns
@@ -520,7 +520,7 @@ def settings_tuple(
     """
     values: list[Any] = []
     for name in group._fields:
-        setting = known[name]
+        setting = described[name]
         value = settings[name]
         if setting.kind == "choice" and name != "map":
             values.append(setting.choices.index(str(value)))

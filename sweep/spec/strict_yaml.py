@@ -277,8 +277,8 @@ class _YamlReader:
         try:
             return convert(node.value)
         except OverflowError:
-            words = f"{node.value[:40]} is too large: integers must be below 2^63"
-            raise self.document.error_in_line(line, words, place) from None
+            message = f"{node.value[:40]} is too large: integers must be below 2^63"
+            raise self.document.error_in_line(line, message, place) from None
         except (ValueError, KeyError):
             kind = str(node.tag).removeprefix(TAG)
             raise self.document.error_in_line(

@@ -346,7 +346,7 @@ class Study:
 
     Attributes
     ----------
-    known : Catalogue
+    catalogue : Catalogue
         Models, metrics, maps and starts by name.
     derive : dict
         Expressions by parameter, each after the expressions that it needs.
@@ -362,7 +362,7 @@ class Study:
     """
 
     document: Document
-    known: Catalogue
+    catalogue: Catalogue
     name: Annotated[
         str,
         Key(
@@ -537,7 +537,7 @@ class Study:
         derived = (metric.expression for metric in self.record.derive)
         expressions = (*self.expressions, *derived)
         used = {name for expression in expressions for name in expression.names}
-        every = settings_of(self.model, self.known).of_study(self.maps)
+        every = settings_of(self.model, self.catalogue).of_study(self.maps)
         return {
             name: setting
             for name, setting in every.items()
@@ -547,7 +547,7 @@ class Study:
     @cached_property
     def preset_settings(self) -> dict[str, Value]:
         """The value of every parameter in the preset of the study."""
-        values = usual_settings(self.model, self.preset, self.known)
+        values = usual_settings(self.model, self.preset, self.catalogue)
         return {name: values[name] for name in self.settings}
 
     def map_size(self, name: str) -> tuple[float, float] | None:
@@ -555,7 +555,7 @@ class Study:
 
         None for a map that suits every size.
         """
-        drawn = self.maps[name] if name in self.maps else self.known.maps[name]
+        drawn = self.maps[name] if name in self.maps else self.catalogue.maps[name]
         return drawn.size
 
     @property
@@ -631,7 +631,7 @@ class Study:
         derived = {metric.name: metric.distribution for metric in self.record.derive}
         if name in derived:
             return in_full(derived[name])
-        return declaration_of(self.known.metrics[name])
+        return declaration_of(self.catalogue.metrics[name])
 
     @cached_property
     def section_values(self) -> Mapping[str, SettingValues]:
@@ -670,7 +670,7 @@ class Study:
 def parse_spec(
     spec: str | Mapping[str, Any],
     path: Path = Path("spec.yaml"),
-    known: Catalogue = BUILT_IN,
+    catalogue: Catalogue = BUILT_IN,
 ) -> Study:
     """Return the study of a YAML text or a mapping.
 
@@ -679,7 +679,7 @@ def parse_spec(
     spec : str or mapping
     path : Path, default "spec.yaml"
         The spec is read as if from this file.
-    known : Catalogue, optional
+    catalogue : Catalogue, optional
         Models, metrics, maps and starts by name; by default the built-in ones.
 
     Raises
@@ -688,7 +688,7 @@ def parse_spec(
         If the spec is not valid.
     """
     text = spec if isinstance(spec, str) else dump(spec)
-    return read_study(parse_document(text, path), known)
+    return read_study(parse_document(text, path), catalogue)
 
 
 @cache
@@ -732,7 +732,7 @@ GONE = {
 
 def read_study(
     root: Entry,
-    known: Catalogue = BUILT_IN,
+    catalogue: Catalogue = BUILT_IN,
     samplers: Mapping[str, Sampler] = SAMPLERS,
 ) -> Study:
     """Return the study of a whole document.
@@ -745,7 +745,7 @@ def read_study(
     ----------
     root : Entry
         The document.
-    known : Catalogue, optional
+    catalogue : Catalogue, optional
         Models, metrics, maps and starts by name; by default the built-in ones.
     samplers : mapping, optional
         Samplers by name.
@@ -764,22 +764,24 @@ def read_study(
     values = read_values(Study, root, mistakes)
     policy = mistakes.read(read_policy, root)
     if model := root.get("model"):
-        mistakes.read(model.one_of, "model", known.models)
+        mistakes.read(model.one_of, "model", catalogue.models)
     read = None
-    if values.get("model") in known.models:
-        read = mistakes.read(_of_model, root, values, known, samplers=samplers)
-    elif values.get("model") not in getattr(known.models, "refused", {}):
-        mistakes.note_common([*_as_each_model(root, values, known, samplers)])
+    if values.get("model") in catalogue.models:
+        read = mistakes.read(_of_model, root, values, catalogue, samplers=samplers)
+    elif values.get("model") not in getattr(catalogue.models, "refused", {}):
+        mistakes.note_common([*_as_each_model(root, values, catalogue, samplers)])
     mistakes.check()
     assert read
     assert policy
-    return Study(document=root.document, known=known, policy=policy, **(values | read))
+    return Study(
+        document=root.document, catalogue=catalogue, policy=policy, **(values | read)
+    )
 
 
 def _as_each_model(
     root: Entry,
     values: Mapping[str, Any],
-    known: Catalogue,
+    catalogue: Catalogue,
     samplers: Mapping[str, Sampler],
 ) -> Iterator[Mistakes]:
     """Yield the mistakes of the spec for each model in turn.
@@ -787,18 +789,18 @@ def _as_each_model(
     Models whose names are most similar to the name in the spec are first.
     """
     name = str(values.get("model", ""))
-    models = [*known.models]
+    models = [*catalogue.models]
     for model in get_close_matches(shortened(name), models, n=len(models), cutoff=0.0):
         mistakes = Mistakes()
         with mistakes.noted():
-            _of_model(root, {**values, "model": model}, known, samplers)
+            _of_model(root, {**values, "model": model}, catalogue, samplers)
         yield mistakes
 
 
 def _of_model(
     root: Entry,
     values: Mapping[str, Any],
-    known: Catalogue,
+    catalogue: Catalogue,
     samplers: Mapping[str, Sampler],
 ) -> dict[str, Any]:
     """Return the values of a study that depend on its model, by field.
@@ -809,15 +811,15 @@ def _of_model(
     mistakes = Mistakes()
     name = values["model"]
     folder = root.document.path.parent
-    usual = usual_preset(known.models[name])
-    preset = mistakes.read(_preset, root, known.models[name]) or usual
+    usual = usual_preset(catalogue.models[name])
+    preset = mistakes.read(_preset, root, catalogue.models[name]) or usual
     drawn = values.get("maps")
     recorded = values.get("record")
-    settings = settings_of(name, known).of_study(_names_in(drawn))
+    settings = settings_of(name, catalogue).of_study(_names_in(drawn))
     seed = values.get("seed", 0)
     keys = {key.name for key in keys_of(*spec_parts())}
     reader = AxisReader(
-        known=known,
+        catalogue=catalogue,
         model=name,
         preset=preset,
         settings=settings,
@@ -826,28 +828,28 @@ def _of_model(
         samplers=samplers,
         keys=keys,
     )
-    maps = mistakes.read(read_maps, drawn, folder, known.maps)
+    maps = mistakes.read(read_maps, drawn, folder, catalogue.maps)
     fixed = mistakes.read(read_fixed, values.get("fixed"), settings, keys) or {}
     derive = mistakes.read(read_derive, values.get("derive"), settings) or {}
     require = mistakes.read(read_require, values.get("require"), settings)
     derived = (
         mistakes.read(
-            read_derived, _part(recorded, "derive"), name, known, settings=settings
+            read_derived, _part(recorded, "derive"), name, catalogue, settings=settings
         )
         or ()
     )
-    metrics = KnownMetrics(name, known, _names_in(_part(recorded, "derive")))
+    metrics = KnownMetrics(name, catalogue, _names_in(_part(recorded, "derive")))
     replication = mistakes.read(read_replication, root)
     context = SpecContext(
         model=name,
-        preset=usual_settings(name, preset, known),
+        preset=usual_settings(name, preset, catalogue),
         fixed=fixed,
         maps=maps or {},
         axes=None,
         replication=replication,
-        recorded=(*known.metrics, *metrics.derived),
+        recorded=(*catalogue.metrics, *metrics.derived),
         profiles=None,
-        known=metrics,
+        metrics=metrics,
         settings=settings,
         reader=reader,
         taken={setting: ("fixed", setting) for setting in fixed}
@@ -891,7 +893,7 @@ def _of_model(
     if record and streams:
         mistakes.read(_check_lasting, root, record, streams)
     mistakes.read(check_once, root, fixed, axes, derive=derive)
-    if (model := known.models[name]).events and record:
+    if (model := catalogue.models[name]).events and record:
         set_here: dict[str, list[Value]] = {key: [fixed[key]] for key in fixed}
         set_here |= {key: [] for key in derive}
         places: dict[str, Place] = {key: ("fixed", key) for key in fixed}
@@ -924,7 +926,7 @@ def _of_model(
                 table for table in ("heatmaps", LAST_FLOCKS) if getattr(record, table)
             ],
             set_here=set_here if section else settings,
-            metrics={metric: known.metrics[metric] for metric in record.metrics},
+            metrics={metric: catalogue.metrics[metric] for metric in record.metrics},
         )
     mistakes.check()
     mistakes.read(check_conditions, root, axes, derive)
@@ -1113,8 +1115,8 @@ def _record(
 
     The record includes the metrics that derived metrics and columns of sections need.
     """
-    known = metrics.known
-    usual = known.models[metrics.model].metrics
+    catalogue = metrics.catalogue
+    usual = catalogue.models[metrics.model].metrics
     mistakes = Mistakes()
     record = mistakes.read(read_section, RecordSpec, entry, metrics=usual)
     for names in (_part(entry, "metrics"), _part(entry, "series")):
@@ -1123,19 +1125,19 @@ def _record(
                 mistakes.read(metrics.read, child)
     if (profiles := _part(entry, "profiles")) and record:
         for child, recorded in zip(profiles.items(), record.profiles, strict=True):
-            model = known.models[metrics.model]
-            mistakes.read(check_profile, child, recorded, known, model=model)
+            model = catalogue.models[metrics.model]
+            mistakes.read(check_profile, child, recorded, catalogue, model=model)
         with mistakes.noted():
             listed = list(record.profile_names)
             if twice := {name for name in listed if listed.count(name) > 1}:
                 raise profiles.error(f"listed twice: {', '.join(sorted(twice))}")
         if record.last_states:
             with mistakes.noted():
-                words = f'"{LAST_STATES}" keep no positions of earlier steps, which'
-                raise profiles.error(f"{words} profiles need; remove one of the keys")
+                reason = f'"{LAST_STATES}" keep no positions of earlier steps, which'
+                raise profiles.error(f"{reason} profiles need; remove one of the keys")
     mistakes.check()
     assert record
     searched = [Column.read(column).metric for column in columns]
     required = [*record.metrics, *record.series, *searched, *needed(derived)]
-    measured = dict.fromkeys(name for name in required if name in known.metrics)
+    measured = dict.fromkeys(name for name in required if name in catalogue.metrics)
     return replace(record, metrics=tuple(measured), derive=derived)

@@ -64,12 +64,12 @@ def _raised(unit: Unit, power: Fraction) -> Unit:
     return {base: own for base, own in raised.items() if own}
 
 
-def unit_of(tree: ast.expr, known: Mapping[str, Setting]) -> str:
-    """Return the unit of a checked expression over `known`, "" for none.
+def unit_of(tree: ast.expr, settings: Mapping[str, Setting]) -> str:
+    """Return the unit of a checked expression over `settings`, "" for none.
 
     Raises ExpressionError for incompatible units.
     """
-    return written_out(_Combining(known).unit(tree) or NO_UNIT)
+    return written_out(_Combining(settings).unit(tree) or NO_UNIT)
 
 
 class _Combining:
@@ -78,8 +78,8 @@ class _Combining:
     A part with only literal numbers has the unit None.
     """
 
-    def __init__(self, known: Mapping[str, Setting]) -> None:
-        self.known = known
+    def __init__(self, settings: Mapping[str, Setting]) -> None:
+        self.settings = settings
 
     def unit(self, node: ast.expr) -> Unit | None:
         """Return the unit of a part. Raises ExpressionError."""
@@ -87,7 +87,7 @@ class _Combining:
             case ast.Constant():
                 return None
             case ast.Name(id=name):
-                return None if name in CONSTANTS else parsed(self.known[name].unit)
+                return None if name in CONSTANTS else parsed(self.settings[name].unit)
             case ast.UnaryOp(operand=operand):
                 return self.unit(operand)
             case ast.BinOp(left=left, op=ast.Pow(), right=right):
@@ -172,11 +172,11 @@ class _Combining:
         (node, unit), *further = having
         for other, own in further:
             if own != unit:
-                known = node if unit else other
+                measured = node if unit else other
                 raise ExpressionError(
                     f'"{ast.unparse(parent)}" needs equal units, but {_in(node, unit)}'
                     f" and {_in(other, own)};"
-                    f" {self._way_out(known, unit or own)}"
+                    f" {self._way_out(measured, unit or own)}"
                 )
         return unit
 
@@ -190,7 +190,7 @@ class _Combining:
         divisor = next(
             (
                 name
-                for name, setting in self.known.items()
+                for name, setting in self.settings.items()
                 if parsed(setting.unit) == unit and name != text
             ),
             "",
@@ -200,5 +200,5 @@ class _Combining:
 
 
 def _in(node: ast.expr, unit: Unit) -> str:
-    words = f"is in {written_out(unit)}" if unit else "has no unit"
-    return f'"{ast.unparse(node)}" {words}'
+    phrase = f"is in {written_out(unit)}" if unit else "has no unit"
+    return f'"{ast.unparse(node)}" {phrase}'

@@ -72,7 +72,7 @@ class SampleBlocks:
 
     Attributes
     ----------
-    words : str
+    label : str
         Name of the blocks, in the plural.
     count : int
         Number of blocks.
@@ -82,7 +82,7 @@ class SampleBlocks:
         Number of values of a parameter in a grid. None without a grid.
     """
 
-    words: str
+    label: str
     count: int
     size: int
     levels: int | None = None
@@ -91,7 +91,7 @@ class SampleBlocks:
         """Return the number of points, with the calculation, for the plan."""
         points = self.count * self.size
         return (
-            f"{axis}: {self.count:,} {self.words} of {self.size} points each"
+            f"{axis}: {self.count:,} {self.label} of {self.size} points each"
             f" are {points:,} points"
         )
 
@@ -131,7 +131,7 @@ def read_blocks(
             f" {count * size:,} points; at most {MOST_POINTS:,} are allowed"
         )
     check_cells(entry.child("points"), count * size, settings)
-    return SampleBlocks(rules.words, count, size, levels)
+    return SampleBlocks(rules.label, count, size, levels)
 
 
 PAIRS = BlockSize(2, 2)

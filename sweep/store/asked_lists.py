@@ -74,11 +74,11 @@ def asked_in(plan: pa.Table, file: Location, remedy: str) -> pa.Table:
     """
     kind = plan.schema.field(ASKED_FOR).type
     entry = kind.value_type if pa.types.is_list(kind) else pa.null()
-    names = [field.name for field in entry] if pa.types.is_struct(entry) else []
-    if ROW not in names or len({*names, "trial_id"}) <= len(names):
+    fields = [field.name for field in entry] if pa.types.is_struct(entry) else []
+    if ROW not in fields or len({*fields, "trial_id"}) <= len(fields):
         raise UnreadableError(file, f"has no lists under {ASKED_FOR}", remedy)
     lists = plan[ASKED_FOR].combine_chunks()
-    rows = dict(zip(names, pc.list_flatten(lists).flatten(), strict=True))
+    rows = dict(zip(fields, pc.list_flatten(lists).flatten(), strict=True))
     rows["trial_id"] = (
         plan["trial_id"].combine_chunks().take(pc.list_parent_indices(lists))
     )

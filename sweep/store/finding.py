@@ -32,10 +32,10 @@ def no_study(place: Location, results: Location) -> StoreError:
     name = _name(place, results)
     if name.endswith(SPEC_ENDINGS):
         return StoreError(f"{message}; {_named_by(Path(name))}")
-    names = stored_names(results)
-    if below := [study for study in names if study.startswith(f"{name}/")]:
+    studies = stored_names(results)
+    if below := [study for study in studies if study.startswith(f"{name}/")]:
         return StoreError(message + choices("", below, "Below it"))
-    return StoreError(message + choices(name, names, "Stored"))
+    return StoreError(message + choices(name, studies, "Stored"))
 
 
 def check_folder(results: Path) -> None:
@@ -55,8 +55,8 @@ def _name(place: Location, results: Location) -> str:
 
 def _named_by(spec: Path) -> str:
     """Return the study names in a spec whose file was given as a study, in words."""
-    if names := studies_of(spec):
-        return f"{spec} is a spec, of the study {' and '.join(names)}"
+    if studies := studies_of(spec):
+        return f"{spec} is a spec, of the study {' and '.join(studies)}"
     return "use the name after `study` in the spec, not the name of the file"
 
 

@@ -76,7 +76,7 @@ def earlier_trials(study: Study, store: Store, jobs: Sequence[Job]) -> Earlier:
     StoreError
         If a part is damaged.
     """
-    known, done = _stored_steps(store)
+    stored, done = _stored_steps(store)
     ids = np.zeros(len(jobs), BYTES)
     steps = np.zeros(len(jobs), np.int64)
     needed = steps_of(jobs)
@@ -85,7 +85,7 @@ def earlier_trials(study: Study, store: Store, jobs: Sequence[Job]) -> Earlier:
         if not could.any():
             continue
         shorter = ids_of_steps(study, jobs, step)
-        rows = known.places(shorter)
+        rows = stored.places(shorter)
         resumes = could & (rows >= 0)
         resumes[resumes] = done[rows[resumes]] == step
         ids[resumes] = shorter[resumes]

@@ -73,7 +73,7 @@ def chains(store: Store, missing: SomeJobs) -> LinkedJobs:
     begins = [
         (index, previous) for previous, index in pairs if previous not in unstored
     ]
-    model = jobs.study.known.models[jobs.study.model]
+    model = jobs.study.catalogue.models[jobs.study.model]
     parents = {
         index: jobs.at(index).parent for index, previous in begins if previous != FIRST
     }
@@ -103,7 +103,7 @@ def with_beginning(store: Store, job: Job) -> Job:
     """
     if not job.parent:
         return job
-    state = [*job.known.models[job.model].state]
+    state = [*job.catalogue.models[job.model].state]
     flocks = last_flocks(store, [job.parent], state)
     if job.parent not in flocks:
         raise StoreError(

@@ -156,20 +156,20 @@ class ObjectServer:
             UnreachableError if the server does not answer.
         """
         answer = SAID.search(str(error))
-        words = (
+        reason = (
             f"{answer['words'].strip()} [{answer['code']}]"
             if answer
             else " ".join(str(error).split())
         )
         if AWAY.search(str(error)):
             message = (
-                f"{path}: the object store does not answer ({words});"
+                f"{path}: the object store does not answer ({reason});"
                 " what was stored is intact"
             )
             return UnreachableError(message, self)
         variables = "check AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and AWS_REGION"
         return StoreError(
-            f"{path}: the object store rejects the request ({words}); {variables}"
+            f"{path}: the object store rejects the request ({reason}); {variables}"
         )
 
 

@@ -224,15 +224,15 @@ class Lock:
             content = parsed(text.encode(), {})
         except ValueError:
             return LockClaim(token)
-        known = {
+        fields = {
             name: content[name] for name in LockClaim._fields[1:] if name in content
         }
         kinds = {
             name: type(default) for name, default in LockClaim._field_defaults.items()
         }
-        if not all(isinstance(value, kinds[name]) for name, value in known.items()):
+        if not all(isinstance(value, kinds[name]) for name, value in fields.items()):
             return LockClaim(token)
-        return LockClaim(token, **known)
+        return LockClaim(token, **fields)
 
     def _let_pass(self, tokens: list[str]) -> None:
         """Wait until each of these claims is held or gone.

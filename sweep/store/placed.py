@@ -68,9 +68,9 @@ def placed_trials(
     chunks = [chunk for column in columns for chunk in column.chunks]
     every = pa.chunked_array(chunks, pa.string())
     index = pc.index_in(every, value_set=trial_ids).fill_null(-1).to_numpy()
-    known = np.flatnonzero(index >= 0)
+    matching = np.flatnonzero(index >= 0)
     row = np.full(len(trial_ids), -1, np.int64)
-    row[index[known]] = known  # of several rows of a trial the last one stays
+    row[index[matching]] = matching  # of several rows of a trial the last one stays
     stored = row >= 0
     selected = np.zeros(len(index), np.bool_)
     selected[row[stored]] = True
@@ -139,12 +139,13 @@ def in_order(placed: PlacedTrials, columns: Sequence[str]) -> pa.Table:
     Columns that none of the parts has are left out. The parts are united as by
     `Store.read`. Raises StoreError for a part that is damaged or no longer exists.
     """
-    names = [name for name in dict.fromkeys(columns) if name != ID]
+    further_columns = [name for name in dict.fromkeys(columns) if name != ID]
     rows = {part_rows.part: part_rows for part_rows in placed.parts}
     tables = each(
-        [*rows], lambda part: _numbered(load_wanted(rows[part], "trials", names))
+        [*rows],
+        lambda part: _numbered(load_wanted(rows[part], "trials", further_columns)),
     )
-    trials = united(tables, names)
+    trials = united(tables, further_columns)
     if ID in trials.column_names:
         return trials  # there is no part
     if not np.array_equal(placed.rows, np.arange(trials.num_rows)):

@@ -94,7 +94,7 @@ def _added_code(study: Study, code: Code) -> dict[str, Any]:
     Custom code has the seal of the user. Entries of packages have a description for
     tables, because a package may be uninstalled later.
     """
-    known = study.known
+    catalogue = study.catalogue
     names = {
         "models": [study.model],
         "metrics": code.metrics,
@@ -102,10 +102,10 @@ def _added_code(study: Study, code: Code) -> dict[str, Any]:
         "starts": code.starts,
         "profiles": study.record.profile_names,
     }
-    packages = of_packages(known, names)
+    packages = of_packages(catalogue, names)
     added = {"packages": packages} if packages else {}
-    if isinstance(known, OwnCatalogue):
-        added["own"] = {"sha": known.code.sha, "seal": seal(known.code.sha)}
+    if isinstance(catalogue, OwnCatalogue):
+        added["own"] = {"sha": catalogue.code.sha, "seal": seal(catalogue.code.sha)}
     return added
 
 

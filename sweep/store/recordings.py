@@ -64,12 +64,12 @@ def others_stored(store: Store, study: Study) -> list[Recording]:
 
 def measured(columns: Iterable[str], derived: Iterable[str]) -> list[str]:
     """Return the metrics that kernels measured, from the names of columns of trials."""
-    names = list(columns)
+    recorded = list(columns)
     excluded = set(derived)
     return [
         name
-        for name in names
-        if str(Column(name, half=True)) in names and name not in excluded
+        for name in recorded
+        if str(Column(name, half=True)) in recorded and name not in excluded
     ]
 
 
@@ -108,24 +108,24 @@ def _recording(part: Location) -> Recording | None:
         schema = opened_file.schema_arrow
         first = opened_file.read(columns=["every"]).slice(0, 1).to_pylist()
     code = stamps(part_provenance(schema, file))
-    names = table_names(part)
+    tables = table_names(part)
     if code is None or not first or "every" not in first[0]:
         return None
-    series = stored_schema(part / "series.parquet").names if "series" in names else []
+    series = stored_schema(part / "series.parquet").names if "series" in tables else []
     derived = expressions(schema)
     content: dict[str, Any] = {
         "metrics": sorted(measured(schema.names, derived)),
         "series": sorted({*series} - {"trial_id", "frame"}),
         **first[0],
-        "heatmaps": "heatmaps" in names,
-        "trajectories": "trajectories" in names,
+        "heatmaps": "heatmaps" in tables,
+        "trajectories": "trajectories" in tables,
     }
     if derived:
         content["derive"] = derived
-    if "profiles" in names:
+    if "profiles" in tables:
         schema = stored_schema(part / "profiles.parquet")
         content["profiles"] = profile_content(recorded_profiles(schema))
-    content |= {key: True for key in LATER if key in names}
+    content |= {key: True for key in LATER if key in tables}
     return Recording(code.metrics, content)
 
 
@@ -204,7 +204,7 @@ def served(
     study: Study,
     jobs: Sequence[Job],
     recordings: Iterable[Recording],
-    known: KnownIds,
+    stored_ids: KnownIds,
     done: NDArray[np.bool_],
 ) -> Served:
     """Return the missing trials of a study that stored trials replace.
@@ -216,7 +216,7 @@ def served(
         Missing trials of the study.
     recordings : iterable of Recording
         Recordings of stored trials of a different spec.
-    known : KnownIds
+    stored_ids : KnownIds
         Ids of the n stored trials.
     done : array of bool
         True for stored trials with the status done, shape (n,).
@@ -232,7 +232,7 @@ def served(
         lacking = np.ones(len(own), np.bool_)
         for recording in covering:
             other = ids_recording(study, block, recording)
-            rows = known.places(other)
+            rows = stored_ids.places(other)
             serves = (rows >= 0) & lacking
             serves[serves] = done[rows[serves]]
             lacking &= ~serves

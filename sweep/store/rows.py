@@ -112,7 +112,7 @@ def trials_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
     Columns are the identity of the trial, every parameter by name, and every metric at
     the last frame and as `<metric>_mean`.
     """
-    model = study.known.models[study.model]
+    model = study.catalogue.models[study.model]
     columns = [_column(*fields) for fields in ABOUT_TRIAL]
     columns += [_column(*fields) for fields in ABOUT_EVENT if model.events]
     columns += [_column(*fields) for fields in ABOUT_LINK if study.continued]
@@ -173,10 +173,10 @@ def profiles_schema(study: Study, provenance: dict[str, Any]) -> pa.Schema:
     Each profile has a column of values, and a column `<profile>_at` with the positions
     of the values along the axis.
     """
-    model = study.known.models[study.model]
+    model = study.catalogue.models[study.model]
     columns = [_column("trial_id", pa.string(), "", "trial")]
     for recorded in study.record.profiles:
-        profile = study.known.profiles[recorded.name]
+        profile = study.catalogue.profiles[recorded.name]
         unit = spelled(profile.unit, model)
         text = f"{profile.text}, mean over {averaged_frames(model)}"
         extent = {EXTENT: json.dumps([recorded.to, recorded.bins])}
@@ -254,11 +254,11 @@ class Tables:
         self.heatmaps = heatmaps_schema(provenance)
         self.profiles = profiles_schema(study, provenance)
         self.trajectories = trajectories_schema(
-            study.known.models[study.model], provenance
+            study.catalogue.models[study.model], provenance
         )
         self.last_states = last_states_schema(provenance)
         self.last_flocks = last_flocks_schema(
-            study.known.models[study.model], provenance
+            study.catalogue.models[study.model], provenance
         )
 
     def __call__(self, results: Sequence[Result]) -> dict[str, pa.Table]:
@@ -396,7 +396,7 @@ def boid_columns(job: Job, bodies: Floats, states: Floats) -> dict[str, Numbers]
     states : array
         Rows of the model's state, shape (F, S, N).
     """
-    state = job.known.models[job.model].state
+    state = job.catalogue.models[job.model].state
     columns: dict[str, Numbers] = {
         name: rows[:, row].ravel()
         for names, rows in ((FLIGHT, bodies), (state, states))
@@ -410,7 +410,7 @@ def boid_columns(job: Job, bodies: Floats, states: Floats) -> dict[str, Numbers]
 
 def flock_columns(job: Job, flock: LastFlock) -> dict[str, Floats]:
     """Return the columns of a table of last flocks, with a value per boid."""
-    state = job.known.models[job.model].state
+    state = job.catalogue.models[job.model].state
     names = (*FLIGHT, *HEADINGS, *state)
     rows = [*flock.bodies, *flock.headings, *flock.state]
     return dict(zip(names, rows, strict=True))
@@ -419,7 +419,7 @@ def flock_columns(job: Job, flock: LastFlock) -> dict[str, Floats]:
 def trial_row(study: str, result: Result) -> dict[str, Any]:
     """Return the row of a trial; metrics are null unless the trial is done."""
     job = result.job
-    events = job.known.models[job.model].events
+    events = job.catalogue.models[job.model].events
     return {
         "trial_id": job.trial_id,
         "point": job.point,
@@ -518,9 +518,9 @@ class _Recorded(NamedTuple):
 
 
 def _recorded(study: Study) -> dict[str, _Recorded]:
-    known = study.known
-    model = known.models[study.model]
-    metrics = ((name, known.metrics[name]) for name in study.record.metrics)
+    catalogue = study.catalogue
+    model = catalogue.models[study.model]
+    metrics = ((name, catalogue.metrics[name]) for name in study.record.metrics)
     measured = {
         name: _Recorded(spelled(metric.unit, model), metric.text)
         for name, metric in metrics

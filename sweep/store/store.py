@@ -176,13 +176,13 @@ class Store:
         StoreError
             If a part is damaged, or one of `columns` is in the table of no part.
         """
-        names = (
+        chosen = (
             None
             if columns is None
             else list(dict.fromkeys(["trial_id", *columns, *optional]))
         )
         union = self.steadily(
-            lambda parts: united(_current(parts, table, names, trial_ids), names)
+            lambda parts: united(_current(parts, table, chosen, trial_ids), chosen)
         )
         if columns is None:
             return union

@@ -68,17 +68,17 @@ def is_ours(origin: Mapping[str, Any]) -> bool:
     return hmac.compare_digest(seal(str(origin["own"]["sha"])).encode(), stored)
 
 
-def keep_code(store: Store, known: Catalogue) -> None:
+def keep_code(store: Store, catalogue: Catalogue) -> None:
     """Store the custom code of a catalogue, if the catalogue has custom code.
 
     Raises StoreError.
     """
-    if isinstance(known, OwnCatalogue):
-        code = known.code
+    if isinstance(catalogue, OwnCatalogue):
+        code = catalogue.code
         content = {
             "files": code.sources.texts,
             "named": dict(code.named),
-            "about": known.description,
+            "about": catalogue.description,
             "packages": code.packages,
             "folder": code.folder,
         }
@@ -120,9 +120,13 @@ def known_without_code(store: Store, origin: Mapping[str, Any]) -> Catalogue:
     Packages with entries need not be installed. Raises StoreError if the origin is not
     a valid record of a launch.
     """
-    known = _stored(store, origin)[0] if "own" in origin else BUILT_IN
+    catalogue = _stored(store, origin)[0] if "own" in origin else BUILT_IN
     try:
-        return completed(known, origin["packages"]) if "packages" in origin else known
+        return (
+            completed(catalogue, origin["packages"])
+            if "packages" in origin
+            else catalogue
+        )
     except ValueError as error:
         remedy = "launch the study again"
         raise UnreadableError(
@@ -160,10 +164,10 @@ def known_with_code(store: Store, origin: Mapping[str, Any], trust: bool) -> Cat
             " launched here. The code has all your rights: read it (`sweep code`), then"
             " allow it with --trust"
         )
-    known = loaded(code)
-    for model in known.own.models.values():
+    catalogue = loaded(code)
+    for model in catalogue.own.models.values():
         check_kept(model.events)
-    return known
+    return catalogue
 
 
 def stored_sources(store: Store, origin: Mapping[str, Any]) -> Mapping[str, str]:

@@ -38,11 +38,13 @@ def own_key() -> bytes:
         path = _state_folder() / NAME
         return _read(path) if path.exists() else _made(path)
     except (OSError, RuntimeError) as error:
-        words = (
+        effect = (
             "later launches cannot resume from checkpoints of this launch, and custom"
             " code runs again only with --trust"
         )
-        LOG.warning("%s; %s; set XDG_STATE_HOME to a folder of your user", error, words)
+        LOG.warning(
+            "%s; %s; set XDG_STATE_HOME to a folder of your user", error, effect
+        )
         return secrets.token_bytes(BYTES)
 
 

@@ -201,8 +201,8 @@ class Chooser:
             reason = f"{_is_metric(metrics[0])} ({self._varying})" if metrics else error
             raise self._error(f'"{condition}": {reason}') from None
         if not holds.any():
-            names = sorted(expression.names)
-            available = [listed(name, self.values(name)) for name in names]
+            settings = sorted(expression.names)
+            available = [listed(name, self.values(name)) for name in settings]
             nowhere = f'"{condition}" is true at no point'
             raise self._error("; ".join([nowhere, *available]))
         return np.asarray(holds, np.bool_)

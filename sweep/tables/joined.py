@@ -127,8 +127,8 @@ class JoinedStudies(Results):
 
         `detail` replaces the parameters that an axis ablates.
         """
-        names = (name for study in self.parts for name in study.headings)
-        return [STUDY, *dict.fromkeys(names)]
+        headings = (name for study in self.parts for name in study.headings)
+        return [STUDY, *dict.fromkeys(headings)]
 
     @property
     def headings(self) -> list[str]:

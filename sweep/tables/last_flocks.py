@@ -108,10 +108,10 @@ def _check_point(study: StoredStudy) -> None:
     points = study.points
     if len(points) == 1:
         return
-    names = [name for name in points.columns if points[name].nunique() > 1]
-    example = f"{names[0]}={points[names[0]].iloc[0]}"
+    settings = [name for name in points.columns if points[name].nunique() > 1]
+    example = f"{settings[0]}={points[settings[0]].iloc[0]}"
     raise ChoiceError(
-        f"has {len(points):,} points, which differ in {', '.join(names)}; choose one"
+        f"has {len(points):,} points, which differ in {', '.join(settings)}; choose one"
         f" point, for example with --where {example}",
         study.name,
     )

@@ -94,13 +94,13 @@ def point_means(
     refusals = Refusals()
     requested = as_names(metrics) or study.metrics
     chosen = _known("metric", requested, study.metrics, study, refusals=refusals)
-    names = [str(Column(name, half)) for name in chosen]
+    columns = [str(Column(name, half)) for name in chosen]
     varied = list(dict.fromkeys([*study.headings, *study.varied]))
     settings = study.headings if by is None else as_names(by)
     headings = _known("varied parameter", settings, varied, study, refusals=refusals)
     separate = [name for name in study.kept_apart if name in varied]
     headings = list(dict.fromkeys([*separate, *headings]))
-    order = _order(study, as_names(sort), headings, names, refusals=refusals)
+    order = _order(study, as_names(sort), headings, columns, refusals=refusals)
     refusals.check()
     details = {
         name: study.trials["point"].map(study.points[name])
@@ -110,11 +110,11 @@ def point_means(
     trials = study.trials.assign(**details)
     together = by is not None and _several(trials, headings)
     if together:
-        trials = pooled(trials, headings, names)
+        trials = pooled(trials, headings, columns)
     rows = by_point(
         trials,
         [*headings, *(["points"] if together else [])],
-        names,
+        columns,
         interval=interval,
         repeated={} if together else study.repeated,
         distributions=study.distributions,
@@ -124,27 +124,27 @@ def point_means(
         rows = rows.sort_values(
             list(order), ascending=list(order.values()), kind="stable"
         ).reset_index(drop=True)
-    return PointMeans(rows, headings, names, pooled=together, interval=interval)
+    return PointMeans(rows, headings, columns, pooled=together, interval=interval)
 
 
 def _known(
     noun: str,
-    names: Sequence[str],
+    requested: Sequence[str],
     allowed: Collection[str],
     study: StoredStudy,
     refusals: Refusals,
 ) -> list[str]:
-    """Return each of `names` once, or all `allowed` names if a name is unknown.
+    """Return each of `requested` once, or all `allowed` names if a name is unknown.
 
     An unknown name is stored in `refusals` and causes no further errors.
     """
-    wrong = [name for name in dict.fromkeys(names) if name not in allowed]
+    wrong = [name for name in dict.fromkeys(requested) if name not in allowed]
     for name in wrong:
         with refusals.noted():
             if noun == "metric":
                 study.check_metric(name)
             raise ChoiceError(unknown(noun, name, filter(None, allowed)), study.name)
-    return list(allowed if wrong else dict.fromkeys(names))
+    return list(allowed if wrong else dict.fromkeys(requested))
 
 
 def _order(

@@ -72,8 +72,8 @@ def means_report(study: StoredStudy, table: PointMeans) -> Report:
     return Report(rows, json_rows(rows), [shown, *views])
 
 
-def _count(row: "pd.Series[Any]", names: list[str]) -> str:
-    n = max((int(row[f"{name}_n"]) for name in names), default=0)
+def _count(row: "pd.Series[Any]", metrics: list[str]) -> str:
+    n = max((int(row[f"{name}_n"]) for name in metrics), default=0)
     return f"{n}" + (f" (+{row['not_done']} not done)" if row["not_done"] else "")
 
 
@@ -84,8 +84,8 @@ def point_rows(study: StoredStudy, table: PointMeans) -> pd.DataFrame:
     for other metrics. The last column, `view`, is the command that shows a trial of the
     row.
     """
-    names = undeclared(study, table.metrics)
-    declared = {f"{name}_declared": False for name in names}
+    metrics = undeclared(study, table.metrics)
+    declared = {f"{name}_declared": False for name in metrics}
     views = [command("view", study.name, trial) for trial in table.rows["trial_id"]]
     return table.rows.drop(columns="trial_id").assign(**declared, view=views)
 
@@ -146,13 +146,13 @@ def caption(study: StoredStudy, table: PointMeans) -> str:
 
 def _undeclared(study: StoredStudy, table: PointMeans) -> str:
     """Return the metrics that declare no distribution, in words, or ""."""
-    names = undeclared(study, table.metrics)
-    if not names:
+    metrics = undeclared(study, table.metrics)
+    if not metrics:
         return ""
-    declares = "declares" if len(names) == 1 else "declare"
+    declares = "declares" if len(metrics) == 1 else "declare"
     return (
-        f"{' and '.join(names)} {declares} no distribution and"
-        f" {'is' if len(names) == 1 else 'are'} treated as normal"
+        f"{' and '.join(metrics)} {declares} no distribution and"
+        f" {'is' if len(metrics) == 1 else 'are'} treated as normal"
     )
 
 

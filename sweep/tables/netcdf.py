@@ -107,14 +107,14 @@ def dataset(table: pa.Table, study: StoredStudy) -> "xr.Dataset":
 
 
 def _coordinates(study: StoredStudy, ids: pa.Array) -> Variables:
-    names = ["point", "replicate", "seed", *study.varied]
-    trials = study.store.read("trials", trial_ids=ids, columns=["trial_id", *names])
+    columns = ["point", "replicate", "seed", *study.varied]
+    trials = study.store.read("trials", trial_ids=ids, columns=["trial_id", *columns])
     trials = trials.take(
         pc.index_in(ids, value_set=trials["trial_id"].combine_chunks())
     )
     return {
         name: (("trial",), _values(trials[name]), _attributes(trials, name))
-        for name in names
+        for name in columns
     }
 
 

@@ -85,12 +85,12 @@ def undeclared(study: Results, columns: Iterable[str]) -> list[str]:
 
     Only custom metrics may lack a distribution.
     """
-    known = study.known_metrics
+    declared = study.known_metrics
     named = {column: Column.read(column).metric for column in columns}
     return [
         column
         for column, name in named.items()
-        if name in known and known[name].distribution is None
+        if name in declared and declared[name].distribution is None
     ]
 
 

@@ -190,13 +190,13 @@ def _served(
     statuses: Mapping[str, str],
 ) -> Served:
     """Return the trials that a launch would take from trials that record more."""
-    known = KnownIds.of_column(pa.chunked_array([[*statuses]], pa.string()))
+    stored_ids = KnownIds.of_column(pa.chunked_array([[*statuses]], pa.string()))
     done = [status == "done" for status in statuses.values()]
     return served(
         study,
-        SomeJobs(jobs, np.flatnonzero(known.places(ids) < 0)),
+        SomeJobs(jobs, np.flatnonzero(stored_ids.places(ids) < 0)),
         others_stored(store, study),
-        known,
+        stored_ids,
         done=np.array(done, np.bool_),
     )
 
@@ -211,9 +211,9 @@ def _overlap(before: pa.Array, after: pa.Array) -> Overlap:
     return Overlap(len(after) - common, common, len(before) - common)
 
 
-def _among(ids: pa.Array, known: pa.Array) -> int:
+def _among(ids: pa.Array, stored: pa.Array) -> int:
     """Return how many of `ids` are known."""
-    return int(pc.sum(pc.is_in(ids, value_set=known), min_count=0).as_py())
+    return int(pc.sum(pc.is_in(ids, value_set=stored), min_count=0).as_py())
 
 
 def changes(before: str, after: str) -> list[Change]:
@@ -242,9 +242,9 @@ def _notes(before: SpecVersion, after: SpecVersion) -> Iterator[str]:
     if changes:
         listed = ", ".join(changes)
         yield f"the code has changed ({listed}): trials with this code run again"
-    names = list(_names(before, after))
-    if names:
-        listed = ", ".join(names)
+    renamed = list(_names(before, after))
+    if renamed:
+        listed = ", ".join(renamed)
         yield f"custom code has new names ({listed}): trials with these names run again"
     if before.name != after.name:
         yield (
@@ -256,7 +256,7 @@ def _notes(before: SpecVersion, after: SpecVersion) -> Iterator[str]:
             yield f"{side.label}: {side.counted}"
     if (
         not changes
-        and not names
+        and not renamed
         and not after.counted
         and before.spec == after.spec
         and _among(after.trials, before.trials) < len(after.trials)
@@ -295,9 +295,13 @@ def _own_names(kind: str, version: SpecVersion, other: SpecVersion) -> dict[str,
 
     Built-in entries, and entries that the spec names, are left out.
     """
-    known = {*_stamps(kind, other), *_texts(version.spec), *getattr(BUILT_IN, kind)}
+    registered = {
+        *_stamps(kind, other),
+        *_texts(version.spec),
+        *getattr(BUILT_IN, kind),
+    }
     own = _stamps(kind, version)
-    return {name: stamp for name, stamp in own.items() if name not in known}
+    return {name: stamp for name, stamp in own.items() if name not in registered}
 
 
 def _stamps(kind: str, version: SpecVersion) -> dict[str, str]:

@@ -12,7 +12,7 @@ from sweep.tables.trial_rows import StoredTrial
 
 
 def stored_job(
-    study: str, known: Catalogue, maps: Mapping[str, OwnMap], stored: StoredTrial
+    study: str, catalogue: Catalogue, maps: Mapping[str, OwnMap], stored: StoredTrial
 ) -> Job:
     """Return the job that runs a stored trial again.
 
@@ -22,7 +22,7 @@ def stored_job(
     ----------
     study : str
         The study, for errors.
-    known : Catalogue
+    catalogue : Catalogue
         The models, metrics, maps and more by name.
     maps : mapping
         The maps in the plan of the study, by name.
@@ -33,12 +33,12 @@ def stored_job(
     StoreError
         If `stored_point` raises this error.
     """
-    return stored_point(study, known, maps, stored, record=stored.record)[1]
+    return stored_point(study, catalogue, maps, stored, record=stored.record)[1]
 
 
 def stored_point(
     study: str,
-    known: Catalogue,
+    catalogue: Catalogue,
     maps: Mapping[str, OwnMap],
     stored: StoredTrial,
     record: Mapping[str, Any],
@@ -51,7 +51,7 @@ def stored_point(
     ----------
     study : str
         The study of the trial, for errors.
-    known : Catalogue
+    catalogue : Catalogue
         The models, metrics, maps and more by name.
     maps : mapping
         The maps in the plan of the study, by name.
@@ -71,13 +71,13 @@ def stored_point(
     """
     row = stored.row
     name = str(row.get("map"))
-    is_known = row.get("model") in known.models
-    if is_known and name not in known.maps and name not in maps:
+    is_known = row.get("model") in catalogue.models
+    if is_known and name not in catalogue.maps and name not in maps:
         raise _without_map(study, name)
-    once, settings = accepted(study, known, stored, maps, record=record)
+    once, settings = accepted(study, catalogue, stored, maps, record=record)
     direction, parent = _linked(study, row)
     usual = once.preset_settings
-    common = of_all_events(known.models[once.model], settings, usual)
+    common = of_all_events(catalogue.models[once.model], settings, usual)
     point = point_id(once.model, once.preset, common, usual, maps=maps)
     point = directed(point, direction)
     if name in maps and row["point"] != point:
@@ -95,7 +95,7 @@ def stored_point(
         streams=once.streams,
         time_limit=None,
         obstacles=maps[name].obstacles if name in maps else None,
-        known=known,
+        catalogue=catalogue,
         direction=direction,
         parent=parent,
     )
@@ -113,9 +113,9 @@ def _linked(study: str, row: Mapping[str, Any]) -> tuple[str, str]:
     if direction not in ("", UP, DOWN) or not (
         parent == "" or TRIAL_ID.fullmatch(parent)
     ):
-        words = f"is a link in the direction {direction!r}, from trial {parent!r}"
+        phrase = f"is a link in the direction {direction!r}, from trial {parent!r}"
         raise StoreError(
-            f"trial {row['trial_id']} {words}: no launch writes such a row", study
+            f"trial {row['trial_id']} {phrase}: no launch writes such a row", study
         )
     return direction, parent
 

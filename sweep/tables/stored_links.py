@@ -62,8 +62,8 @@ def _check(plan: pa.Table, provenance: Mapping[str, Any]) -> None:
     parents = _texts(plan, PARENT)
     expected = _before(plan, provenance)
     # Trials that do not exist have an index past the last one.
-    known = pc.index_in(parents, value_set=trials).fill_null(len(trials))
-    planned = np.where(parents.is_null(), FIRST, known)
+    places = pc.index_in(parents, value_set=trials).fill_null(len(trials))
+    planned = np.where(parents.is_null(), FIRST, places)
     wrong = np.flatnonzero(planned != expected)
     if len(wrong):
         place = int(wrong[0])

@@ -50,10 +50,10 @@ def check_plan(
 
 
 def _check(provenance: dict[str, Any], named: Catalogue) -> None:
-    known = _settings(provenance, named)
+    settings = _settings(provenance, named)
     chained = {DIRECTION} if "continued" in provenance else set[str]()
-    check_names("parameter", provenance["varied"], known | chained)
-    check_names("metric", provenance["record"], set(provenance["record"]) - known)
+    check_names("parameter", provenance["varied"], settings | chained)
+    check_names("metric", provenance["record"], set(provenance["record"]) - settings)
     if not provenance["record"]:
         raise ValueError("it records no metric")
     ablated = provenance.get("ablated", {})
@@ -69,7 +69,7 @@ def _check(provenance: dict[str, Any], named: Catalogue) -> None:
         names = [name for group in groups for name in group]
         check_names("parameter", names, provenance["varied"])
     for name, axis in axes.items():
-        check_names("parameter", axis["fields"], known)
+        check_names("parameter", axis["fields"], settings)
         if not axis["fields"]:
             raise ValueError(f'axis "{name}" has no parameters')
         if axis["sampler"] in in_blocks():

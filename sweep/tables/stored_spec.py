@@ -53,7 +53,7 @@ def command_of(spec: str) -> str:
 
 
 def check_recorded(
-    study: str, known: Catalogue, stored: StoredTrial, record: Mapping[str, Any]
+    study: str, catalogue: Catalogue, stored: StoredTrial, record: Mapping[str, Any]
 ) -> None:
     """Raise ChoiceError if the model of a stored trial cannot record something.
 
@@ -61,7 +61,7 @@ def check_recorded(
     ----------
     study : str
         The study of the trial, for errors.
-    known : Catalogue
+    catalogue : Catalogue
         The models, metrics, maps and more by name.
     stored : StoredTrial
     record : mapping
@@ -70,7 +70,7 @@ def check_recorded(
     model = {name: stored.row[name] for name in ("model", "preset")}
     spec = model | {"study": "stored", "replicates": 1, "record": record}
     try:
-        read_study(Entry(_Row(Path("trials.parquet"), ""), (), spec), known)
+        read_study(Entry(_Row(Path("trials.parquet"), ""), (), spec), catalogue)
     except SpecError as error:
         raise ChoiceError(str(error), study) from None
 
@@ -85,7 +85,7 @@ class _Row(Document):
 
 def accepted(
     study: str,
-    known: Catalogue,
+    catalogue: Catalogue,
     stored: StoredTrial,
     maps: Mapping[str, OwnMap],
     record: Mapping[str, Any],
@@ -98,7 +98,7 @@ def accepted(
     ----------
     study : str
         The study of the trial, for errors.
-    known : Catalogue
+    catalogue : Catalogue
         The models, metrics, maps and more by name.
     stored : StoredTrial
     maps : mapping
@@ -118,7 +118,7 @@ def accepted(
         value and the allowed values.
     """
     try:
-        return _accepted(known, stored, maps, record)
+        return _accepted(catalogue, stored, maps, record)
     except SpecError as error:
         trial = stored.row["trial_id"]
         message = "cannot be run again, because no launch accepts the stored row"
@@ -126,7 +126,7 @@ def accepted(
 
 
 def _accepted(
-    known: Catalogue,
+    catalogue: Catalogue,
     stored: StoredTrial,
     maps: Mapping[str, OwnMap],
     record: Mapping[str, Any],
@@ -143,8 +143,8 @@ def _accepted(
     if row.get("error"):
         cell("error").text()
     spec = _spec(cell) | {"record": record}
-    study = read_study(Entry(document, (), spec), known)
-    settings = settings_of(study.model, known).of_study(maps)
+    study = read_study(Entry(document, (), spec), catalogue)
+    settings = settings_of(study.model, catalogue).of_study(maps)
     values = {
         name: row.get(name)
         for name, setting in settings.items()
@@ -157,7 +157,7 @@ def _accepted(
 
 def _spec(cell: Any) -> dict[str, Any]:
     """Return the spec of a row without parameters, maps and the section `record`."""
-    words = cell("streams").text().split()
+    pairs = cell("streams").text().split()
     replicate = cell("replicate").whole(0, MOST_TRIALS - 1)
     spec = {
         "study": "stored",
@@ -169,5 +169,5 @@ def _spec(cell: Any) -> dict[str, Any]:
         spec["seeds"] = (spec["seed"],)
     else:
         spec["replicates"] = replicate + 1
-    streams = dict(word.partition("=")[::2] for word in words)
+    streams = dict(word.partition("=")[::2] for word in pairs)
     return written(spec, *spec_parts()) | {"streams": streams}

@@ -1199,9 +1199,9 @@ class StoredStudy(Results):
         from sweep.store import with_beginning
         from sweep.tables.stored_jobs import stored_job
 
-        known = self.running(stored.provenance)
+        catalogue = self.running(stored.provenance)
         check_stored_link(self.name, stored.row, self.whole.plan)
-        job = stored_job(self.name, known, self.maps, stored)
+        job = stored_job(self.name, catalogue, self.maps, stored)
         return with_beginning(self.store, job)
 
     def world(self, trial: str) -> "TrialWorld":
@@ -1319,14 +1319,14 @@ class StoredStudy(Results):
         return self._declared(self._table("trials").schema)
 
     def _declared(self, schema: pa.Schema) -> dict[str, Declaration]:
-        known = self.known.metrics
+        metrics = self.known.metrics
         stored = {
             column.name: (column.metadata or {}).get(DISTRIBUTION, b"").decode()
             for column in schema
         }
         return {
-            column: declaration_of(known[name])
-            if name in known
+            column: declaration_of(metrics[name])
+            if name in metrics
             else in_full(declared(stored.get(name, "")))
             for name in self.metrics
             for column in columns_of([name])

@@ -46,7 +46,7 @@ def checked(
     study: str,
     name: str,
     table: pa.Table,
-    known: Catalogue,
+    catalogue: Catalogue,
     columns: Iterable[str] = (),
 ) -> pa.Table:
     """Return rows of a stored table after all checks.
@@ -61,7 +61,7 @@ def checked(
         The name of the table.
     table : pyarrow.Table
         Rows of the table from one or more parts.
-    known : Catalogue
+    catalogue : Catalogue
         The models that the trials may have.
     columns : iterable of str, optional
         Further columns that the table must have.
@@ -84,19 +84,19 @@ def checked(
         _check_names(table)
         table = _without_others(table, FULL[name])
         _check_full(table, FULL[name])
-        CHECKS[name](table, known)
+        CHECKS[name](table, catalogue)
     except ValueError as error:
         raise StoreError(
             f"the stored {name} are not what a launch writes: {error}", study
         ) from None
     if name == "trials":
-        table = _with_spreads(table, known)
+        table = _with_spreads(table, catalogue)
     return _with_commands(table, study) if "replay" in table.column_names else table
 
 
-def _with_spreads(table: pa.Table, known: Catalogue) -> pa.Table:
+def _with_spreads(table: pa.Table, catalogue: Catalogue) -> pa.Table:
     """Return trials with 0 for spreads that only some trials have."""
-    for name in settings_of(table["model"][0].as_py(), known).spreads:
+    for name in settings_of(table["model"][0].as_py(), catalogue).spreads:
         if name in table.column_names:
             index = table.column_names.index(name)
             filled = table[name].fill_null(0.0)
@@ -179,34 +179,34 @@ def checked_numbers(
 
 
 def _check_names(table: pa.Table) -> None:
-    names = table.column_names
-    for name in names:
+    columns = table.column_names
+    for name in columns:
         if not NAME.fullmatch(name):
             raise ValueError(f"no column can have the name {shortened(ascii(name))}")
-    if len(names) > len(set(names)):
+    if len(columns) > len(set(columns)):
         raise ValueError("a column appears twice")
 
 
-def _check_trials(table: pa.Table, known: Catalogue) -> None:
+def _check_trials(table: pa.Table, catalogue: Catalogue) -> None:
     columns = (*ABOUT_TRIAL, *ABOUT_LINK, *ABOUT_EVENT)
     identity = {name: kind for name, kind, *_ in columns}
     _check_present(table, identity)
     models = pc.unique(table["model"]).to_pylist()
-    if len(models) > 1 or models[0] not in known.models:
+    if len(models) > 1 or models[0] not in catalogue.models:
         raise ValueError(f"needs one known model, not {', '.join(models[:5])}")
-    settings = settings_of(models[0], known)
+    settings = settings_of(models[0], catalogue)
     every = settings | settings.spreads
     _check_present(table, {name: ARROW[every[name].kind] for name in every})
     metrics = set(table.column_names) - identity.keys() - every.keys()
     _check_numbers(table, metrics)
 
 
-def _check_series(table: pa.Table, _known: Catalogue) -> None:
+def _check_series(table: pa.Table, _catalogue: Catalogue) -> None:
     _check_types(table, {"trial_id": pa.string(), "frame": pa.int64()})
     _check_numbers(table, set(table.column_names) - {"trial_id", "frame"})
 
 
-def _check_heatmaps(table: pa.Table, _known: Catalogue) -> None:
+def _check_heatmaps(table: pa.Table, _catalogue: Catalogue) -> None:
     _check_types(
         table, {"trial_id": pa.string(), "rows": pa.int32(), "columns": pa.int32()}
     )
@@ -218,11 +218,11 @@ def _check_heatmaps(table: pa.Table, _known: Catalogue) -> None:
         raise ValueError("the number of visits is not rows times columns")
 
 
-def _check_profiles(table: pa.Table, known: Catalogue) -> None:
+def _check_profiles(table: pa.Table, catalogue: Catalogue) -> None:
     _check_types(table, {"trial_id": pa.string()})
-    names = table.column_names
-    for name in (name for name in names if f"{name}{AT}" in names):
-        if name not in known.profiles:
+    columns = table.column_names
+    for name in (name for name in columns if f"{name}{AT}" in columns):
+        if name not in catalogue.profiles:
             raise ValueError(f"there is no profile {shortened(name)}")
         rows = table.filter(pc.is_valid(table[name]))
         values = _lengths(rows, name, pa.float64())
@@ -238,12 +238,12 @@ def _check_profiles(table: pa.Table, known: Catalogue) -> None:
             raise ValueError(f"{name} has an infinite value")
 
 
-def _check_trajectories(table: pa.Table, known: Catalogue) -> None:
+def _check_trajectories(table: pa.Table, catalogue: Catalogue) -> None:
     _check_types(table, {"trial_id": pa.string(), "frame": pa.int64()})
-    names = [name for name in table.column_names if name not in ("trial_id", "frame")]
-    _check_full(table, names)
-    recorded = any(model.events for model in known.models.values())
-    boids = _check_boids(table, names, absent=recorded)
+    columns = [name for name in table.column_names if name not in ("trial_id", "frame")]
+    _check_full(table, columns)
+    recorded = any(model.events for model in catalogue.models.values())
+    boids = _check_boids(table, columns, absent=recorded)
     frames = _integers(table, "frame")
     ids = table["trial_id"].combine_chunks()
     trials = ids.dictionary_encode().indices.to_numpy()
@@ -257,15 +257,15 @@ def _check_trajectories(table: pa.Table, known: Catalogue) -> None:
         raise ValueError("the number of boids changes between frames")
 
 
-def _check_last_flocks(table: pa.Table, _known: Catalogue) -> None:
+def _check_last_flocks(table: pa.Table, _catalogue: Catalogue) -> None:
     _check_types(table, {"trial_id": pa.string()})
-    names = [name for name in table.column_names if name != "trial_id"]
-    _check_full(table, names)
-    _check_boids(table, names)
+    columns = [name for name in table.column_names if name != "trial_id"]
+    _check_full(table, columns)
+    _check_boids(table, columns)
 
 
 def _check_boids(
-    table: pa.Table, names: Sequence[str], absent: bool = False
+    table: pa.Table, columns: Sequence[str], absent: bool = False
 ) -> NDArray[np.int64]:
     """Return the number of boids in each row, on which all columns must agree.
 
@@ -273,13 +273,13 @@ def _check_boids(
     position.
     """
     boids = _lengths(table, "x", pa.float64())
-    numbers = sorted(set(names) - {"kind"})
+    numbers = sorted(set(columns) - {"kind"})
     lengths = {name: _lengths(table, name, pa.float64()) for name in numbers}
-    if "kind" in names:
+    if "kind" in columns:
         lengths["kind"] = _lengths(table, "kind", pa.int64())
     if boids.min() < 1 or any((length != boids).any() for length in lengths.values()):
-        raise ValueError(f"{', '.join(names)} have different numbers of boids")
-    for name in names:
+        raise ValueError(f"{', '.join(columns)} have different numbers of boids")
+    for name in columns:
         values = pc.list_flatten(table[name])
         allowed = pc.is_finite(values)
         if absent and pa.types.is_floating(values.type):
@@ -289,16 +289,16 @@ def _check_boids(
     return boids
 
 
-def _check_full(table: pa.Table, names: Iterable[str]) -> None:
-    for name in names:
+def _check_full(table: pa.Table, columns: Iterable[str]) -> None:
+    for name in columns:
         if table[name].null_count:
             raise ValueError(f'column "{name}" has empty cells')
 
 
 def _check_present(table: pa.Table, kinds: dict[str, pa.DataType]) -> None:
     """Raise ValueError if the table has any of these columns with a wrong type."""
-    names = table.column_names
-    _check_types(table, {name: kind for name, kind in kinds.items() if name in names})
+    columns = table.column_names
+    _check_types(table, {name: kind for name, kind in kinds.items() if name in columns})
 
 
 def _check_types(table: pa.Table, kinds: dict[str, pa.DataType]) -> None:
@@ -308,8 +308,8 @@ def _check_types(table: pa.Table, kinds: dict[str, pa.DataType]) -> None:
             raise ValueError(f'column "{name}" holds {stored}, not {kind}')
 
 
-def _check_numbers(table: pa.Table, names: Iterable[str]) -> None:
-    _check_types(table, dict.fromkeys(sorted(names), pa.float64()))
+def _check_numbers(table: pa.Table, columns: Iterable[str]) -> None:
+    _check_types(table, dict.fromkeys(sorted(columns), pa.float64()))
 
 
 def _integers(table: pa.Table, name: str) -> NDArray[np.int64]:

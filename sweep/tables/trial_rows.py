@@ -149,8 +149,10 @@ def _holders(
 
 def _trials_of(part: Location, trial_ids: list[str]) -> Iterator[StoredTrial]:
     ids = pa.array(trial_ids, pa.string())
-    names = table_names(part)
-    tables = {name: _rows(part, name, ids) for name in names if name != LAST_STATES}
+    stored_tables = table_names(part)
+    tables = {
+        name: _rows(part, name, ids) for name in stored_tables if name != LAST_STATES
+    }
     trials = tables.pop("trials")
     provenance = part_provenance(trials.schema, part / "trials.parquet")
     derive = expressions(trials.schema)
@@ -166,7 +168,7 @@ def _trials_of(part: Location, trial_ids: list[str]) -> Iterator[StoredTrial]:
             tables={name: _columns(parts[index]) for name, parts in own.items()},
             provenance=provenance,
             derive=derive,
-            keeps_state=LAST_STATES in names,
+            keeps_state=LAST_STATES in stored_tables,
             profiles=profiles,
         )
 

@@ -43,12 +43,12 @@ def check_promises(study: Study) -> None:
     >>> check_promises(study_of(spec | {"replicates": 2}))  # no error: they are kept
     """
     name = study.model
-    known = study.known
+    catalogue = study.catalogue
     if name in MODELS and name not in MODELS.origins:
         return
-    subject = Subject(known.models[name], known)
+    subject = Subject(catalogue.models[name], catalogue)
     presets = {study.preset: subject.model.presets[study.preset]}
-    code = code_of(known, [(name, study.preset)], (), (), starts=())
+    code = code_of(catalogue, [(name, study.preset)], (), (), starts=())
     try:
         check_once(code, lambda: _try(subject.variant(presets=presets)))
     except AssertionError as error:

@@ -65,8 +65,8 @@ def presets(subject: Subject) -> None:
     for preset in model.presets:
         _check_preset(subject, preset, model.preset_values(preset))
     for name in model.metrics:
-        if name not in subject.known.metrics:
-            message = unknown("metric", name, subject.known.metrics)
+        if name not in subject.catalogue.metrics:
+            message = unknown("metric", name, subject.catalogue.metrics)
             raise AssertionError(f"{of_field(model, 'metrics')}: {message}")
     if subject.refused:
         raise AssertionError(f"{of_field(model, 'name')}: {subject.refused}")
@@ -74,21 +74,21 @@ def presets(subject: Subject) -> None:
 
 def _check_preset(subject: Subject, preset: str, values: dict[str, Any]) -> None:
     model = subject.model
-    known = subject.settings
-    for name in known:
+    declared = subject.settings
+    for name in declared:
         if name not in values:
             raise AssertionError(
                 f'{of_field(model, "presets")}: preset "{preset}" has no value for'
                 f' "{name}"; a preset needs a value for every parameter'
             )
     for name, value in values.items():  # of_value reads the file
-        if name not in known:
+        if name not in declared:
             raise AssertionError(
                 f'{of_value(model, name)}: preset "{preset}" has "{name}", which is no'
-                f" parameter{similar(name, list(known))}"
+                f" parameter{similar(name, list(declared))}"
             )
         try:
-            known[name].coerce(value)
+            declared[name].coerce(value)
         except NotAllowedError as error:
             place = of_value(model, name)
             raise AssertionError(f'{place}: preset "{preset}": {error}') from None

@@ -34,15 +34,15 @@ KINDS = {"metrics": "measure", "maps": "draw", "starts": "draw", "samplers": "dr
 class Entrant:
     """An entry of a file.
 
-    `kind` is one of KINDS, `entry` is the entry as in the file, and `known` a catalogue
-    that contains the entry.
+    `kind` is one of KINDS, `entry` is the entry as in the file, and `catalogue`
+    contains the entry.
     """
 
     kind: str
     name: str
     entry: Any
     file: Path
-    known: Catalogue
+    catalogue: Catalogue
 
     @property
     def words(self) -> str:
@@ -111,14 +111,14 @@ class Entrant:
             for candidate in models
             if self.kind != "metrics" or not lacks(candidate, self.entry)
         )
-        known = Catalogue(
+        catalogue = Catalogue(
             {model.name: model},
-            self.known.metrics,
-            self.known.maps,
-            self.known.starts,
-            profiles=self.known.profiles,
+            self.catalogue.metrics,
+            self.catalogue.maps,
+            self.catalogue.starts,
+            profiles=self.catalogue.profiles,
         )
-        return Subject(model, known)
+        return Subject(model, catalogue)
 
 
 def entrants(reference: str) -> list[Entrant]:
@@ -130,11 +130,11 @@ def entrants(reference: str) -> list[Entrant]:
     file = Path(reference)
     if not reference.endswith(SUFFIX) or not file.is_file():
         return []
-    known = loaded(OwnCode(gather(file.parent, [file.name]), ((file.name, None),)))
+    catalogue = loaded(OwnCode(gather(file.parent, [file.name]), ((file.name, None),)))
     return [
-        Entrant(kind, name, entry, file, known=known)
+        Entrant(kind, name, entry, file, catalogue=catalogue)
         for kind in KINDS
-        for name, entry in getattr(known.own, kind).items()
+        for name, entry in getattr(catalogue.own, kind).items()
     ]
 
 

@@ -86,7 +86,7 @@ def a_job(subject: Subject, preset: str, obstacles: bool, **changes: Any) -> Job
         Values of further parameters; parameters that the model lacks are ignored.
     """
     declared = subject.settings
-    settings = preset_settings(subject.model.name, preset, subject.known)
+    settings = preset_settings(subject.model.name, preset, subject.catalogue)
     length = _length(subject, settings)
     side = SIDE * length
     settings |= {
@@ -120,7 +120,7 @@ def a_job(subject: Subject, preset: str, obstacles: bool, **changes: Any) -> Job
         streams=Streams(),
         time_limit=None,
         obstacles=_obstacles(side) if obstacles else (),
-        known=subject.known,
+        catalogue=subject.catalogue,
     )
 
 

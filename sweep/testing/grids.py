@@ -44,8 +44,8 @@ def grid(subject: Subject) -> None:
         if math.isfinite(sight_of(job, subject).range)
     ]
     for job in jobs:
-        searching = replace(job, known=everyone.known)
-        larger = replace(job, known=wider.known)
+        searching = replace(job, catalogue=everyone.catalogue)
+        larger = replace(job, catalogue=wider.catalogue)
         for where, state in _flocks(job):
             expected = resume(searching, state, CALLS)
             for way, flown in _flown(job, larger, state):

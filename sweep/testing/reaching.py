@@ -82,19 +82,19 @@ def reach(subject: Subject) -> None:
 def _boids(subject: Subject, job: Job, state: State, observer: int) -> int:
     """Check flocks around an observer in the middle; return the number of flocks."""
     outcomes = [
-        (words, outcome)
-        for words, places in _unseen(subject, job, state, observer)
+        (description, outcome)
+        for description, places in _unseen(subject, job, state, observer)
         if (outcome := _settled(job, state, observer, places))
     ]
-    for words, other in outcomes[1:]:
+    for description, other in outcomes[1:]:
         reference = outcomes[0][1]
         # Earlier boids may draw more numbers, and so change the numbers of later boids.
         comparable = observer == 0 or reference.noise == other.noise
         if comparable and reference.bits != other.bits:
             raise AssertionError(
-                f"{of_function(subject.model.sight)}: boids {words} change the step of"
-                f" boid {observer} ({in_words(job)}); sight must declare all that"
-                " advance reads"
+                f"{of_function(subject.model.sight)}: boids {description} change the"
+                f" step of boid {observer} ({in_words(job)}); sight must declare all"
+                " that advance reads"
             )
     return len(outcomes[1:])
 
@@ -179,7 +179,7 @@ def _obstacles(subject: Subject, job: Job, state: State) -> int:
     if model.occupancy or math.isinf(beyond):
         return 0
     # With the declared reach, obstacles would be left out.
-    job = replace(job, known=subject.variant(obstacle_reach=_everywhere).known)
+    job = replace(job, catalogue=subject.variant(obstacle_reach=_everywhere).catalogue)
     far = _ring(job, 0, 0, 2 * length, length=length)
     for draw in range(DRAWS):
         room = _room(job, state, 0, far)

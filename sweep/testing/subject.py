@@ -24,24 +24,24 @@ class Subject:
     """
 
     model: Model
-    known: Catalogue
+    catalogue: Catalogue
     reference: str = ""
     refused: str = ""
 
     @property
     def settings(self) -> dict[str, Setting]:
         """The parameters of the model by name."""
-        return settings_of(self.model.name, self.known)
+        return settings_of(self.model.name, self.catalogue)
 
     @property
     def travels(self) -> bool:
         """True if workers receive the model with a job."""
-        return self.known is BUILT_IN or bool(self.known.runs)
+        return self.catalogue is BUILT_IN or bool(self.catalogue.runs)
 
     def variant(self, **fields: Any) -> "Subject":
         """Return the model with other values of some fields of Model."""
         model = self.model._replace(**fields)
-        return replace(self, model=model, known=entered(model), reference="")
+        return replace(self, model=model, catalogue=entered(model), reference="")
 
 
 def subject(model: Model | str | Path) -> Subject:
@@ -95,8 +95,8 @@ def _of_file(path: Path, attribute: str) -> Subject:
         model = model_of(module, path.name, attribute)  # raises CodeError
     refused = ""
     try:
-        known: Catalogue = loaded(OwnCode(sources, ((path.name, attribute),)))
+        catalogue: Catalogue = loaded(OwnCode(sources, ((path.name, attribute),)))
     except CodeError as error:
-        known = entered(model)
+        catalogue = entered(model)
         refused = str(error)
-    return Subject(model, known, f"{path.resolve()}:{attribute}", refused)
+    return Subject(model, catalogue, f"{path.resolve()}:{attribute}", refused)

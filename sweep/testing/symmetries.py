@@ -84,8 +84,8 @@ def symmetries(subject: Subject) -> None:
         raise SkipTest("the model declares no symmetry")
     if message := _not_readable(subject, declared):
         raise AssertionError(f"{place}: {message}")
-    known = list(subject.model.state)
-    rows = tuple((known.index(x), known.index(y)) for x, y in subject.model.vectors)
+    state = list(subject.model.state)
+    rows = tuple((state.index(x), state.index(y)) for x, y in subject.model.vectors)
     for name, settings in declared.items():
         changes = {"n": BOIDS, "steps": STEPS} | dict(settings)
         for job in every_way(subject, obstacles=False, **changes):

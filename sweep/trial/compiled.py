@@ -105,8 +105,8 @@ def settle() -> None:
         make_private(usual())
     except CacheError as error:
         os.environ[VARIABLE] = str(_temporary(error))
-        words = "compiled kernels are stored for this process only"
-        LOG.warning("%s: %s. %s", words, error, WAY_OUT)
+        effect = "compiled kernels are stored for this process only"
+        LOG.warning("%s: %s. %s", effect, error, WAY_OUT)
 
 
 def usual() -> Path:
@@ -148,8 +148,8 @@ def make_private(folder: Path) -> None:
     except OSError as error:
         raise CacheError(f"{folder} cannot be used ({error})") from None
     except CacheError as error:
-        words = f"{error}, so {folder} may hold code of other users: remove it"
-        raise CacheError(words) from None
+        message = f"{error}, so {folder} may hold code of other users: remove it"
+        raise CacheError(message) from None
 
 
 def _way(folder: Path) -> Iterator[Path]:
@@ -203,6 +203,6 @@ def _temporary(why: CacheError) -> Path:
         atexit.register(shutil.rmtree, folder, ignore_errors=True)
         make_private(folder / NAME)
     except (OSError, CacheError) as error:
-        words = f"no folder can store compiled kernels: {why}; temporary: {error}"
-        raise CacheError(f"{words}. {WAY_OUT}") from None
+        reason = f"no folder can store compiled kernels: {why}; temporary: {error}"
+        raise CacheError(f"{reason}. {WAY_OUT}") from None
     return folder

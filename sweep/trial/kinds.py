@@ -10,8 +10,8 @@ def kinds_of(job: Job) -> dict[str, int]:
 
     Types are in the order of indices: the first boids have the first type.
     """
-    model = job.known.models[job.model]
-    described = settings_of(job.model, job.known)
+    model = job.catalogue.models[job.model]
+    described = settings_of(job.model, job.catalogue)
     params = settings_tuple(model.params, job.settings, described)
     counts = kind_counts(model, params, int(job.settings["n"]))
     return dict(zip(model.kinds, counts, strict=True)) if model.kinds else {}

@@ -93,7 +93,7 @@ def worth_flying_together(jobs: Sequence[Job], seconds: float) -> bool:
     group = first_group(jobs)
     if not group:
         return False
-    model = group[0].known.models[group[0].model]
+    model = group[0].catalogue.models[group[0].model]
     if seconds < COMPILING_TIMES * COMPILING_SECONDS and not is_kept_for_lanes(model):
         return False
     return warm_together(group)
@@ -104,7 +104,7 @@ def warm_together(jobs: Sequence[Job]) -> bool:
 
     The batch takes a single step. Returns False if the kernel cannot be compiled.
     """
-    model = jobs[0].known.models[jobs[0].model]
+    model = jobs[0].catalogue.models[jobs[0].model]
     if not is_kept_for_lanes(model):
         LOG.warning(
             "compiling %s for %d trials at once, about %.0f s on an idle core, once",
@@ -224,7 +224,7 @@ def _kind(job: Job) -> Any:
     - The trial finds neighbours without a grid, or plays a recording.
     - Boids do not interact with all perceived neighbours, or are not ideal.
     """
-    model = job.known.models[job.model]
+    model = job.catalogue.models[job.model]
     n = int(job.settings["n"])
     steps = int(job.settings["steps"])
     if job.time_limit is not None or job.record.last_states or steps == 0:
@@ -233,14 +233,14 @@ def _kind(job: Job) -> Any:
         return None
     if job.settings["neighbours"] != ALL_IN_SIGHT or flies_alone(job):
         return None
-    share = searched_share(job.model, job.known, job.settings)
+    share = searched_share(job.model, job.catalogue, job.settings)
     if not can_fly_together(model, n, share):
         return None
     free = weights_of(model)
     fixed = tuple(
         (name, value) for name, value in job.settings.items() if name not in free
     )
-    return id(job.known), job.model, job.record, job.obstacles, fixed
+    return id(job.catalogue), job.model, job.record, job.obstacles, fixed
 
 
 def fly(

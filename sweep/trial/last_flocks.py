@@ -33,7 +33,7 @@ def flock_of(job: Job, begins: LastFlock) -> Flock:
     job.
     """
     n = int(job.settings["n"])
-    rows = len(job.known.models[job.model].state)
+    rows = len(job.catalogue.models[job.model].state)
     shapes = (begins.bodies.shape, begins.headings.shape, begins.state.shape)
     if shapes != ((4, n), (2, n), (rows, n)):
         boids = begins.bodies.shape[-1]

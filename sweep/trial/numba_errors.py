@@ -78,8 +78,8 @@ def of_own_code(error: BaseException) -> str | None:
     if sentence := explained(error):
         return sentence
     where = own_line(error)
-    words = " ".join(f"{type(error).__name__}: {error}".split())
-    return f"{where}: {words}" if where else None
+    reason = " ".join(f"{type(error).__name__}: {error}".split())
+    return f"{where}: {reason}" if where else None
 
 
 def explained(error: BaseException) -> str | None:
@@ -191,7 +191,9 @@ def _allocates(_match: "re.Match[str]", _place: Place | None) -> str:
 
 def _unknown_attribute(match: "re.Match[str]", place: Place | None) -> str:
     name, kind = match.groups()
-    fields = next((known._fields for known in ARGUMENTS if known.__name__ == kind), ())
+    fields = next(
+        (argument._fields for argument in ARGUMENTS if argument.__name__ == kind), ()
+    )
     names = list(fields or _fields(kind, place))
     close = "" if name.startswith("_") else similar(name, names)
     has = f", which has {', '.join(names)}" if names and not close else ""

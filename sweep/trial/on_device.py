@@ -151,7 +151,7 @@ def _refusal(job: Job, of_kernel: Callable[[Kernel], str]) -> str:
         reasons.append("a time limit: a device cannot check the time")
     if job.record.last_states:
         reasons.append("last states of trials: a device does not store them")
-    if job.known.models[job.model].events:
+    if job.catalogue.models[job.model].events:
         reasons.append("a recording, which a device does not play")
     if reasons:
         return "; ".join(reasons)
@@ -305,7 +305,7 @@ def _groups(jobs: Sequence[Job]) -> Iterator[list[int]]:
     alike = defaultdict[Any, list[int]](list)
     for place, job in enumerate(jobs):
         size = (job.settings["n"], job.settings["steps"])
-        alike[id(job.known), job.model, job.record, size].append(place)
+        alike[id(job.catalogue), job.model, job.record, size].append(place)
     yield from alike.values()
 
 
@@ -438,8 +438,8 @@ def _flown(prepared: Sequence[_Prepared], device: Device) -> Sequence[Landed]:
         half = len(prepared) // 2
         if not half:
             needed = f"one trial, which needs {_batch(prepared).bytes:,} bytes"
-            words = f"{device.name} has too little memory for {needed}"
-            return [failed(prepared[0].simulation.job, words)]
+            reason = f"{device.name} has too little memory for {needed}"
+            return [failed(prepared[0].simulation.job, reason)]
         return [*_flown(prepared[:half], device), *_flown(prepared[half:], device)]
 
 

@@ -43,18 +43,18 @@ class Playback:
     """
 
     def __init__(self, job: Job) -> None:
-        events = job.known.models[job.model].events
+        events = job.catalogue.models[job.model].events
         boids = int(job.settings["n"])
         if job.replicate >= len(events):
-            words = f"the recording has {so_many(len(events), 'event')}"
-            raise RuntimeError(f"{words}: there is no event {job.replicate}, from 0")
+            reason = f"the recording has {so_many(len(events), 'event')}"
+            raise RuntimeError(f"{reason}: there is no event {job.replicate}, from 0")
         event = events[job.replicate]
         if boids != event.boids:
-            words = f'event "{event.name}" has {event.boids} individuals, not {boids}'
-            raise RuntimeError(words)
+            reason = f'event "{event.name}" has {event.boids} individuals, not {boids}'
+            raise RuntimeError(reason)
         if int(job.settings["steps"]) > event.steps:  # a kernel would read beyond
-            words = f'event "{event.name}" has {event.steps} steps'
-            raise RuntimeError(f"{words}, not {job.settings['steps']}")
+            reason = f'event "{event.name}" has {event.steps} steps'
+            raise RuntimeError(f"{reason}, not {job.settings['steps']}")
         self._frames = open_frames(event)
         self._dt = float(job.settings["dt"])
         self._last = _known(np.zeros(self._frames.shape[1:]), self._frames[:1])[-1]
@@ -125,7 +125,7 @@ class Playback:
 
 def playback_of(job: Job) -> Playback | None:
     """Return the playback of a trial of a recording; None for any other trial."""
-    return Playback(job) if job.known.models[job.model].events else None
+    return Playback(job) if job.catalogue.models[job.model].events else None
 
 
 def with_last_positions(bodies: Floats) -> Floats:
@@ -168,9 +168,9 @@ def _known(before: Floats, frames: Floats) -> Floats:
 
     `before` (4, N) has the values before the first frame.
     """
-    known = np.concatenate([before[np.newaxis], frames])
-    missing = np.isnan(known)
-    rows = np.arange(len(known))[:, np.newaxis, np.newaxis]
+    every = np.concatenate([before[np.newaxis], frames])
+    missing = np.isnan(every)
+    rows = np.arange(len(every))[:, np.newaxis, np.newaxis]
     last = np.maximum.accumulate(np.where(missing, 0, rows), axis=0)
-    filled: Floats = np.take_along_axis(known, last, axis=0)[1:]
+    filled: Floats = np.take_along_axis(every, last, axis=0)[1:]
     return filled

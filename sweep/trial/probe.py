@@ -99,8 +99,8 @@ def _ran(study: Study, jobs: Iterable[Job]) -> Iterator[Result]:
             ran += 1
             yield result
     if first and not ran:
-        words = " ".join(f"{type(first).__name__}: {first}".split())
-        message = f"no trial can be run: {of_own_code(first) or words}"
+        reason = " ".join(f"{type(first).__name__}: {first}".split())
+        message = f"no trial can be run: {of_own_code(first) or reason}"
         raise study.document.error(("model",), message) from first
 
 
@@ -115,7 +115,7 @@ def _check_contracts(study: Study, job: Job) -> None:
         raise study.document.error(("model",), f"no trial can be run: {reason}")
 
     names = job.record.metrics
-    metrics = [job.known.metrics[name] for name in names]
+    metrics = [job.catalogue.metrics[name] for name in names]
     ends = []
     for blank in (math.nan, 0.0):
         simulation = Simulation(_begun(job))

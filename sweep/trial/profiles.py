@@ -33,14 +33,14 @@ def profiles_of(
     bodies : array of float, shape (F, 4, N)
         x, y, vx and vy of all boids; NaN for a boid without a position.
     """
-    model = job.known.models[job.model]
+    model = job.catalogue.models[job.model]
     # Lags need equal times between frames, and the last frame may be early.
     averaged = steps % job.record.every == 0
     if not model.events:
         averaged &= 2 * steps > flight.schedule.steps
     values = {}
     for recorded in job.record.profiles:
-        profile = job.known.profiles[recorded.name]
+        profile = job.catalogue.profiles[recorded.name]
         part = bodies[averaged]
         if profile.part:
             is_member = members(
@@ -102,7 +102,7 @@ def _usual_frames(job: Job, frames: int) -> int:
 
     The events of a recording have equal lags, which the shortest event determines.
     """
-    events = job.known.models[job.model].events
+    events = job.catalogue.models[job.model].events
     if not events:
         return frames
     return min(event.steps for event in events) // job.record.every + 1

@@ -190,7 +190,7 @@ def seconds(some: Sequence[FlownTrial]) -> list[float]:
 
 def _remeasured(flown: FlownTrial) -> Remeasured:
     job = flown.job
-    known = dict(flown.series)
+    measured = dict(flown.series)
     names, derived = sources(job.record, flown.missing, flown.series)
     if names:
         record = RecordSpec(names, every=job.record.every, trajectories=True)
@@ -201,14 +201,14 @@ def _remeasured(flown: FlownTrial) -> Remeasured:
         if unknown.any():
             need = tuple(np.array(names)[unknown].tolist())
             return Remeasured(job.trial_id, need=need)
-        known |= dict(zip(names, values, strict=True))
-    every = with_derived(derived, known, job.settings)
+        measured |= dict(zip(names, values, strict=True))
+    every = with_derived(derived, measured, job.settings)
     missing = {name: every[name] for name in flown.missing}
     last, mean = summaries(
         missing,
         flown.steps,
         int(job.settings["steps"]),
-        recorded=bool(job.known.models[job.model].events),
+        recorded=bool(job.catalogue.models[job.model].events),
     )
     return Remeasured(job.trial_id, last, mean)
 
@@ -250,7 +250,7 @@ def _measured(
         bodies[:1].copy(), counts[:1].copy(), step[:1].copy(), integrals[:1].copy()
     )
     _check_same(flown, start.bodies[:, MOVING], start.bodies[:, FIRST_STATE:])
-    metrics = [job.known.metrics[name] for name in job.record.metrics]
+    metrics = [job.catalogue.metrics[name] for name in job.record.metrics]
     values = np.full((len(metrics), len(flown.steps)), np.nan)
     unknown = np.zeros(len(metrics), np.bool_)
     rng = np.random.default_rng(0)

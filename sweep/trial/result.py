@@ -119,5 +119,5 @@ def result_bytes(result: Result) -> int:
     flock = result.last_flock
     last = (flock.bodies, flock.headings, flock.state) if flock else ()
     arrays = (result.heatmap, result.trajectory, result.states, *last)
-    known = (array.nbytes for array in arrays if array is not None)
-    return len(result.last_state) + int(sum(known))
+    sizes = (array.nbytes for array in arrays if array is not None)
+    return len(result.last_state) + int(sum(sizes))

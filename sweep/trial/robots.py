@@ -19,7 +19,7 @@ from sweep.design import Job, robots_at, stream
 
 def robots_of(job: Job) -> RobotSettings:
     """Return the differences between the boids of a job and ideal boids."""
-    return robots_at(job.model, job.known, job.settings)
+    return robots_at(job.model, job.catalogue, job.settings)
 
 
 def flies_alone(job: Job) -> bool:

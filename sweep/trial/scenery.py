@@ -94,7 +94,7 @@ def obstacles(job: Job) -> Obstacles:
     random.
     """
     settings: WorldSettings = settings_tuple(
-        WorldSettings, job.settings, settings_of(job.model, job.known)
+        WorldSettings, job.settings, settings_of(job.model, job.catalogue)
     )
     return Site(settings, _map(job), Address.of(stream(job, "world"))).obstacles()
 
@@ -103,7 +103,7 @@ def _map(job: Job) -> Map | tuple[Obstacle, ...]:
     """Return the map of a job that has code, or the obstacles in the spec."""
     if job.obstacles is not None:
         return job.obstacles
-    return job.known.maps[str(job.settings["map"])]
+    return job.catalogue.maps[str(job.settings["map"])]
 
 
 def is_drawn(job: Job) -> bool:
@@ -127,7 +127,7 @@ def landscape_of(job: Job, params: Any, settings: WorldSettings) -> Landscape:
     -------
     Landscape
     """
-    model = job.known.models[job.model]
+    model = job.catalogue.models[job.model]
     random = Address.of(stream(job, "world")) if is_drawn(job) else NOTHING_RANDOM
     site = _site(settings, _map(job), random)
     grid = model.occupancy(params) if model.occupancy else None
@@ -220,10 +220,14 @@ def flock_drawn_now(job: Job) -> Flock:
     """Return the initial flock of a trial, without the cache."""
     if job.begins is not None:
         return flock_of(job, job.begins)
-    known = settings_of(job.model, job.known)
+    described = settings_of(job.model, job.catalogue)
     params, world, settings = (
-        settings_tuple(group, job.settings, known)
-        for group in (job.known.models[job.model].params, WorldSettings, StartSettings)
+        settings_tuple(group, job.settings, described)
+        for group in (
+            job.catalogue.models[job.model].params,
+            WorldSettings,
+            StartSettings,
+        )
     )
     landscape = landscape_of(job, params, world)
     flock, _ = _start(*_start_inputs(job, landscape, settings))
@@ -238,7 +242,9 @@ def _start_inputs(
 ) -> StartInputs:
     """Return the arguments of `_start`, on which the initial flock of a job depends."""
     return (
-        job.known.starts[str(job.settings["start_draws"])].of_replicate(job.replicate),
+        job.catalogue.starts[str(job.settings["start_draws"])].of_replicate(
+            job.replicate
+        ),
         int(job.settings["n"]),
         settings,
         landscape,

@@ -361,12 +361,12 @@ def _flight(job: Job, together: bool, frames: int) -> Flight:
 
     Only trials of a batch (`together`) share pixels.
     """
-    described = settings_of(job.model, job.known)
+    described = settings_of(job.model, job.catalogue)
 
     def group(kind: type[Any]) -> Any:
         return settings_tuple(kind, job.settings, described)
 
-    model = job.known.models[job.model]
+    model = job.catalogue.models[job.model]
     record = job.record
     observation = group(Observation)
     landscape = _landscape(job)
@@ -403,10 +403,10 @@ def _flight(job: Job, together: bool, frames: int) -> Flight:
 
 def _landscape(job: Job) -> Landscape:
     """Return the world of a trial."""
-    known = settings_of(job.model, job.known)
+    described = settings_of(job.model, job.catalogue)
     params, settings = (
-        settings_tuple(kind, job.settings, known)
-        for kind in (job.known.models[job.model].params, WorldSettings)
+        settings_tuple(kind, job.settings, described)
+        for kind in (job.catalogue.models[job.model].params, WorldSettings)
     )
     return landscape_of(job, params, settings)
 
@@ -417,9 +417,9 @@ def metrics_of(job: Job, names: tuple[str, ...]) -> tuple[Metric, ...]:
     Raises RuntimeError for a metric that reads state values or types of boids which the
     job's model does not have: the kernel would read beyond the frames.
     """
-    metrics = tuple(job.known.metrics[name] for name in names)
+    metrics = tuple(job.catalogue.metrics[name] for name in names)
     for name, metric in zip(names, metrics, strict=True):
-        if lacking := lacks_boids(job.known.models[job.model], metric):
+        if lacking := lacks_boids(job.catalogue.models[job.model], metric):
             raise RuntimeError(f'metric "{name}" is for models with {lacking}')
     return metrics
 
@@ -430,7 +430,7 @@ def compiling_seconds(job: Job) -> float:
     The estimate is 0 if the model is compiled already for the layers of the trial. The
     estimate is also 0 if no world can be drawn: then the trial reports the error.
     """
-    model = job.known.models[job.model]
+    model = job.catalogue.models[job.model]
     layers = layers_of(job)
     if layers is None or is_compiled_for(model, layers):
         return 0.0

@@ -108,8 +108,8 @@ class TrialWorld(NamedTuple):
 def world_of(job: Job) -> TrialWorld:
     """Return the world of a trial."""
     settings = job.settings
-    model = job.known.models[job.model]
-    described = settings_of(job.model, job.known)
+    model = job.catalogue.models[job.model]
+    described = settings_of(job.model, job.catalogue)
     params = settings_tuple(model.params, settings, described)
     width, height, x, y, radius = (
         float(settings[name])

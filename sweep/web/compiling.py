@@ -38,16 +38,16 @@ def waiting(job: Job, metrics: Iterable[str]) -> str:
     if seconds := compiling_seconds(job):
         model = compiled_for(job)
         return f"compiling {model}, once: about {seconds:.0f} s on an idle core"
-    if names := _new(job.known, metrics):
+    if names := _new(job.catalogue, metrics):
         return f"compiling {', '.join(names)}, once: some seconds"
     return ""
 
 
-def _new(known: Catalogue, metrics: Iterable[str]) -> list[str]:
+def _new(catalogue: Catalogue, metrics: Iterable[str]) -> list[str]:
     return [
         name
         for name in metrics
-        if name in known.metrics and not is_compiled(known.metrics[name])
+        if name in catalogue.metrics and not is_compiled(catalogue.metrics[name])
     ]
 
 
@@ -74,18 +74,18 @@ def prepare(job: Job, metrics: tuple[str, ...]) -> None:
     CodeError
         If custom code cannot be run; the message names the line.
     """
-    kernels = (job.model, job.known, layers_of(job), metrics)
+    kernels = (job.model, job.catalogue, layers_of(job), metrics)
     if kernels in PREPARED:
         return
     say_compiling(job)
     record = RecordSpec(metrics, heatmaps=can_cover(job), trajectories=True)
     step = replace(one_step(job), record=record)
-    if words := waiting(job, metrics):
-        IN_PROGRESS.append(words)
+    if notice := waiting(job, metrics):
+        IN_PROGRESS.append(notice)
         try:
             _apart(step)
         finally:
-            IN_PROGRESS.remove(words)
+            IN_PROGRESS.remove(notice)
     _take_one_step(step)
     PREPARED.add(kernels)
 

@@ -55,7 +55,7 @@ def controls(
     preset: str,
     own: tuple[str, ...] = (),
     derive: tuple[DerivedMetric, ...] = (),
-    known: Catalogue = BUILT_IN,
+    catalogue: Catalogue = BUILT_IN,
     plots: tuple[str, ...] = (),
     experiments: Path = EXPERIMENTS,
 ) -> Reply:
@@ -71,7 +71,7 @@ def controls(
         Names of custom maps of the spec.
     derive : tuple of DerivedMetric, optional
         Metrics that the spec computes from other metrics.
-    known : Catalogue, optional
+    catalogue : Catalogue, optional
         Models, metrics and maps by name; by default the built-in ones.
     plots : tuple of str, optional
         Metrics that are plotted, also metrics of a part of the boids.
@@ -86,10 +86,10 @@ def controls(
         A parameter has ``name``, ``kind``, ``text``, ``unit``, ``allowed``, ``low``,
         ``high``, ``slider``, ``logarithmic``, ``rule``, ``choices`` and ``default``.
     """
-    values = preset_settings(model, preset, known)
-    chosen = known.models[model]
+    values = preset_settings(model, preset, catalogue)
+    chosen = catalogue.models[model]
     groups: dict[str, list[Reply]] = {}
-    for setting in settings_of(model, known).values():
+    for setting in settings_of(model, catalogue).values():
         groups.setdefault(setting.group, []).append(
             _control(setting, values[setting.name])
         )
@@ -102,12 +102,12 @@ def controls(
                 "presets": list(entry.presets),
                 "texts": _texts(entry),
             }
-            for name, entry in known.models.items()
+            for name, entry in catalogue.models.items()
         ],
         "model": model,
         "preset": preset,
         "others": {
-            other: _differences(values, preset_settings(model, other, known))
+            other: _differences(values, preset_settings(model, other, catalogue))
             for other in chosen.presets
             if other != preset
         },
@@ -115,16 +115,21 @@ def controls(
             {"name": name, "fields": members} for name, members in groups.items()
         ],
         "maps": [
-            *_maps(chosen, known),
+            *_maps(chosen, catalogue),
             *({"name": name, "text": "of the spec", "size": None} for name in own),
         ],
         "metrics": [
             *(
                 _metric(
-                    name, known.metrics[name], chosen, preset, experiments=experiments
+                    name,
+                    catalogue.metrics[name],
+                    chosen,
+                    preset,
+                    experiments=experiments,
                 )
-                for name in dict.fromkeys((*known.metrics, *plots))
-                if name in known.metrics and not lacks(chosen, known.metrics[name])
+                for name in dict.fromkeys((*catalogue.metrics, *plots))
+                if name in catalogue.metrics
+                and not lacks(chosen, catalogue.metrics[name])
             ),
             *map(_derived, derive),
         ],
@@ -272,8 +277,8 @@ def _round_up(value: float) -> float:
     )
 
 
-def _maps(model: Model, known: Catalogue) -> Iterator[Reply]:
-    for name, map_ in known.maps.items():
+def _maps(model: Model, catalogue: Catalogue) -> Iterator[Reply]:
+    for name, map_ in catalogue.maps.items():
         if map_.unit in ("", model.length):
             yield {"name": name, "text": map_.text, "size": map_.size}
 

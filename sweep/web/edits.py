@@ -30,7 +30,7 @@ class Moment(NamedTuple):
 class Edit(NamedTuple):
     """An edit in words, and the moment to which undo or redo returns."""
 
-    words: str
+    text: str
     moment: Moment
 
 
@@ -59,8 +59,8 @@ class EditStack:
         if self.going == subject and self.past:
             before = self.past.pop().moment
         self.going = subject if part else ""
-        if words := _between(before, after):
-            self.past = [*_light(self.past), Edit(words, before)][-MOST_EDITS:]
+        if text := _between(before, after):
+            self.past = [*_light(self.past), Edit(text, before)][-MOST_EDITS:]
             self.future = []
 
     def undo(self, now: Moment) -> Moment:
@@ -81,16 +81,15 @@ class EditStack:
 def _back(verb: str, edits: list[Edit], reverse: list[Edit], now: Moment) -> Moment:
     if not edits:
         raise SpecError(f"there is nothing to {verb}")
-    words, moment = edits.pop()
-    reverse[:] = [*_light(reverse), Edit(words, now)]
+    text, moment = edits.pop()
+    reverse[:] = [*_light(reverse), Edit(text, now)]
     return moment
 
 
 def _light(edits: list[Edit]) -> list[Edit]:
     """Return the edits without the runs, which take memory."""
     return [
-        Edit(words, moment._replace(course=None, history=None))
-        for words, moment in edits
+        Edit(text, moment._replace(course=None, history=None)) for text, moment in edits
     ]
 
 

@@ -130,13 +130,17 @@ def _svg(
     The frame is drawn as pixels first, because that step writes the title.
     """
     file = io.BytesIO()
-    words = "; ".join(
+    description = "; ".join(
         f"{key}: {value}" for key, value in origin.items() if key != "Software"
     )
     scene.draw(step, bodies)
     with style.context(STYLE):
         draw_flock(scene.axes, bodies, scene.length, scene.colour)
-        metadata = {"Creator": origin["Software"], "Date": None, "Description": words}
+        metadata = {
+            "Creator": origin["Software"],
+            "Date": None,
+            "Description": description,
+        }
         scene.figure.savefig(file, format="svg", metadata=metadata)
     return file.getvalue()
 

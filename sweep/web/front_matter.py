@@ -32,7 +32,7 @@ def front_matter(flight: KeptFlight, replay: dict[str, Any] | None) -> FrontMatt
     job = flight.job
     title = f"{flight.study}: {replay['which']}" if replay else _named(job)
     trial = f"Trial {job.trial_id} of the study {flight.study}, kernels {kernels_sha()}"
-    works = [work.as_text() for work in (program(), behind(job.model, job.known))]
+    works = [work.as_text() for work in (program(), behind(job.model, job.catalogue))]
     return FrontMatter(title, _caption(flight), (*works, f"{trial}."), NO_LICENCE)
 
 
@@ -50,5 +50,5 @@ def _caption(flight: KeptFlight) -> str:
     return (
         f"{boids} of the model {job.model}, preset {job.preset}, on the map"
         f" {settings['map']}: {steps}, dt = {settings['dt']:g}"
-        f" {job.known.models[job.model].time}{shown}."
+        f" {job.catalogue.models[job.model].time}{shown}."
     )

@@ -104,11 +104,13 @@ class History:
 
     def _add(self, step: int, values: dict[str, float]) -> None:
         place = bisect_left(self.rows, step, key=_step)
-        known = self._at(step)
-        if known and values.keys() <= known.values.keys():
+        earlier = self._at(step)
+        if earlier and values.keys() <= earlier.values.keys():
             return
         self.serial += 1
-        row = StepValues(step, self.serial, values | (known.values if known else {}))
+        row = StepValues(
+            step, self.serial, values | (earlier.values if earlier else {})
+        )
         if place < len(self.rows) and self.rows[place].step == step:
             self.rows[place] = row
             return

@@ -90,7 +90,7 @@ class Launcher:
         Folder of stored studies.
     options : sequence of str, optional
         Further options of the command.
-    known : Catalogue, optional
+    catalogue : Catalogue, optional
         Models, metrics and maps by name where the file does not exist yet. A text can
         name only code that is known here.
     read : callable, optional
@@ -110,13 +110,13 @@ class Launcher:
         results: Location,
         options: Sequence[str] = (),
         *,
-        known: Catalogue = BUILT_IN,
+        catalogue: Catalogue = BUILT_IN,
         read: Callable[[Path], Study] = load_spec,
     ) -> None:
         self.file = file
         self.results = results
         self._options = tuple(options)
-        self._known = known
+        self._catalogue = catalogue
         self._read = read
         self._lock = threading.Lock()
         self.started: StartedLaunch | None = None
@@ -143,7 +143,9 @@ class Launcher:
 
     def _proposed(self, text: str) -> tuple[Proposal, Study]:
         current = self.now()
-        study = study_with(text, self.file, current.known if current else self._known)
+        study = study_with(
+            text, self.file, current.catalogue if current else self._catalogue
+        )
         proposal = proposed(
             study, current.text if current else "", self.results, self._options
         )
@@ -200,12 +202,12 @@ class Launcher:
         return self.state()
 
     def _start(self, study: Study) -> StartedLaunch:
-        own = isinstance(study.known, OwnCatalogue)
-        words = [*_words(self.file, self.results, self._options), "--quiet"]
-        words += [] if own else ["--no-code"]
+        own = isinstance(study.catalogue, OwnCatalogue)
+        arguments = [*_words(self.file, self.results, self._options), "--quiet"]
+        arguments += [] if own else ["--no-code"]
         stderr = tempfile.TemporaryFile()  # noqa: SIM115 - as long as its launch
         process = subprocess.Popen(
-            [*PROCESS, *words],
+            [*PROCESS, *arguments],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=stderr,
@@ -312,7 +314,7 @@ def spec_like(study: Study, text: str) -> Study:
 
     The text may name the code that this study names. Raises SpecError.
     """
-    return study_with(text, study.path, study.known)
+    return study_with(text, study.path, study.catalogue)
 
 
 def _words(file: Path, results: Location, options: Sequence[str]) -> list[str]:

@@ -60,7 +60,7 @@ class Live(Session):
             state.preset,
             own=(str(state.settings["map"]),) if state.own else (),
             derive=state.derive,
-            known=state.known,
+            catalogue=state.catalogue,
             plots=state.plots,
         )
         return [
@@ -77,8 +77,8 @@ class Live(Session):
         with suppress(SpecError):
             state = self._state_after(message)
             metrics = self._record(state).metrics
-            if state is not self.state and (words := waiting(state.job, metrics)):
-                return words
+            if state is not self.state and (notice := waiting(state.job, metrics)):
+                return notice
             overlays = self.overlays
             if isinstance(message, messages.Overlays):
                 overlays = message.names
@@ -176,7 +176,9 @@ class Live(Session):
         if spec is None or state.sweeps:
             return ""
         trial = (state.job.point, spec.replicate)
-        spec = opened_again(yaml, *trial, known=state.known, path=spec.study.path)
+        spec = opened_again(
+            yaml, *trial, catalogue=state.catalogue, path=spec.study.path
+        )
         if spec.design.n_points * spec.replicates == 1:
             return ""
         point = numbered("point", spec.point, spec.design.n_points)
@@ -196,7 +198,7 @@ class Live(Session):
         before = self.state
         path = before.opened.study.path if before.opened else Path("spec.yaml")
         trial = (hello.point, hello.replicate)
-        spec = opened_again(hello.yaml, *trial, known=before.known, path=path)
+        spec = opened_again(hello.yaml, *trial, catalogue=before.catalogue, path=path)
         self._begin(from_opened(spec))
 
     def export(self, kind: str) -> Make:
@@ -255,9 +257,9 @@ class Live(Session):
             name: self.restarts
             for name in state.plots
             if any(
-                state.known.metrics[source].covers
+                state.catalogue.metrics[source].covers
                 for source in derived.get(name, (name,))
-                if source in state.known.metrics
+                if source in state.catalogue.metrics
             )
         }
 
@@ -312,8 +314,8 @@ class Live(Session):
             "step": self.step,
             "steps": self.simulation.schedule.steps,
             "past": list(self.past),
-            "undo": self.edits.past[-1].words if self.edits.past else "",
-            "redo": self.edits.future[-1].words if self.edits.future else "",
+            "undo": self.edits.past[-1].text if self.edits.past else "",
+            "redo": self.edits.future[-1].text if self.edits.future else "",
             "exact": self.exact,
             "note": self.note,
             "sweeps": {name: range_._asdict() for name, range_ in state.sweeps.items()},

@@ -140,7 +140,7 @@ class OpenedSpec:
     def _has(self, text: str, shown: Mapping[str, Value]) -> bool:
         """Return whether a spec has a point with these parameters."""
         try:
-            design = expand(study_with(text, self.study.path, self.study.known))
+            design = expand(study_with(text, self.study.path, self.study.catalogue))
         except SpecError:
             return False
         fits = np.ones(design.n_points, np.bool_)
@@ -234,7 +234,7 @@ def opened(study: Study) -> OpenedSpec:
 
 
 def opened_again(
-    yaml: str, point: str, replicate: int, known: Catalogue, path: Path
+    yaml: str, point: str, replicate: int, catalogue: Catalogue, path: Path
 ) -> OpenedSpec:
     """Return an opened spec at the trial that a page has kept.
 
@@ -246,7 +246,7 @@ def opened_again(
         Id of the point; "" for the first trial.
     replicate : int
         Number of the replicate, from 0.
-    known : Catalogue
+    catalogue : Catalogue
         Models, metrics and maps by name.
     path : Path
         File of the spec, real or not, for relative paths and errors.
@@ -256,7 +256,7 @@ def opened_again(
     SpecError
         If the spec is not valid, or does not have the trial.
     """
-    spec = opened(study_with(yaml, path, known))
+    spec = opened(study_with(yaml, path, catalogue))
     if not point:
         return spec
     points = Jobs(spec.study, spec.design).points

@@ -212,8 +212,8 @@ class Player:
                 self.stopped.set()
                 await self._answer(outbox, message.id, list)
             else:
-                if words := self.show.waiting(message):
-                    outbox.put({"type": "info", "message": words})
+                if notice := self.show.waiting(message):
+                    outbox.put({"type": "info", "message": notice})
                 await self._answer(outbox, message.id, partial(self._handle, message))
 
     def _handle(self, message: Message) -> list[Reply]:

@@ -139,8 +139,8 @@ class Replay(Live):
     def _count(self) -> None:
         """Repeat the run if the picture of visits is shown and none were counted."""
         if self.uncounted(self.state, self.overlays):
-            known = tuple(self.track.values)
-            self.track = survey(self.job, known, silent, visits=True)
+            counted = tuple(self.track.values)
+            self.track = survey(self.job, counted, silent, visits=True)
             self.simulation = quiet(self.track.job, self.track.job.record)
             self.seek(self.step)
 
@@ -338,7 +338,7 @@ def _measured(job: Job) -> tuple[str, ...]:
     Default metrics that count visits are left out, because a world may have very many
     pixels.
     """
-    known = job.known
-    usual = known.models[job.model].metrics
-    own = (name for name in usual if not known.metrics[name].covers)
+    catalogue = job.catalogue
+    usual = catalogue.models[job.model].metrics
+    own = (name for name in usual if not catalogue.metrics[name].covers)
     return tuple(dict.fromkeys((*job.record.names, *own)))

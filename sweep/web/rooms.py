@@ -103,8 +103,8 @@ class Rooms:
                 try:
                     show = await _patiently(line, partial(_restored, show, hello))
                 except UserError as error:
-                    words = f"the run that this page has kept cannot be shown: {error}"
-                    await line.tell({"type": "error", "message": words})
+                    reason = f"the run that this page has kept cannot be shown: {error}"
+                    await line.tell({"type": "error", "message": reason})
             self._make_room()
             self.players.setdefault(page, Player(show))
         return self.players[page]
@@ -158,11 +158,11 @@ async def _patiently(line: Line, begin: Callable[[], Show]) -> Show:
     making = asyncio.create_task(asyncio.to_thread(begin))
     reason = ""
     while not (await asyncio.wait({making}, timeout=PATIENCE))[0]:
-        words = next(iter(compiling.IN_PROGRESS), PREPARING)
-        if words != reason:
-            reason = words
+        notice = next(iter(compiling.IN_PROGRESS), PREPARING)
+        if notice != reason:
+            reason = notice
             with suppress(ConnectionError):  # who leaves meanwhile may come back
-                await line.tell({"type": "info", "message": words})
+                await line.tell({"type": "info", "message": notice})
     return await making
 
 

@@ -36,10 +36,10 @@ def recorded(job: Job, names: Iterable[str], *, visits: bool = False) -> RecordS
         Whether visits of pixels are counted even if no metric needs visits.
     """
     plotted = list(names)
-    derive = job.record.derive if {*plotted} - job.known.metrics.keys() else ()
+    derive = job.record.derive if {*plotted} - job.catalogue.metrics.keys() else ()
     metrics = dict.fromkeys((*plotted, *needed(derive)))
     return RecordSpec(
-        tuple(name for name in metrics if name in job.known.metrics),
+        tuple(name for name in metrics if name in job.catalogue.metrics),
         derive=derive,
         heatmaps=visits,
         trajectories=True,
@@ -64,10 +64,10 @@ def can_cover(job: Job) -> bool:
 
 def counts_for(simulation: Simulation, record: RecordSpec) -> bool:
     """Return whether a simulation has counted what `record` needs since its start."""
-    known = simulation.job.known.metrics
+    metrics = simulation.job.catalogue.metrics
     visits = record.heatmaps and can_cover(simulation.job)
     return (counts_visits(simulation) or not visits) and all(
-        counts(simulation, known[name]) for name in record.metrics
+        counts(simulation, metrics[name]) for name in record.metrics
     )
 
 

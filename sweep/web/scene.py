@@ -17,7 +17,7 @@ def scene_of(job: Job) -> Reply:
     the rule is 0.
     """
     world = world_of(job)
-    model = job.known.models[job.model]
+    model = job.catalogue.models[job.model]
     settings = job.settings
     sought = any(rule.to_goal for rule in model.rules)
     goal = [float(settings[name]) for name in ("goal_x", "goal_y", "goal_radius")]

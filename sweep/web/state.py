@@ -123,7 +123,7 @@ class ViewState:
         Parameters that a copied spec varies.
     derive : tuple of DerivedMetric
         Metrics that the spec computes from other metrics.
-    known : Catalogue
+    catalogue : Catalogue
         Models, metrics and maps by name.
     opened : OpenedSpec or None
         The spec that was opened at this trial; unrelated entries stay unchanged.
@@ -140,7 +140,7 @@ class ViewState:
     plots: tuple[str, ...] = ()
     sweeps: Mapping[str, Range] = field(default_factory=dict)
     derive: tuple[DerivedMetric, ...] = ()
-    known: Catalogue = BUILT_IN
+    catalogue: Catalogue = BUILT_IN
     opened: OpenedSpec | None = None
 
     @cached_property
@@ -158,11 +158,11 @@ class ViewState:
 
     @cached_property
     def _known_settings(self) -> dict[str, Setting]:
-        return settings_of(self.model, self.known).of_study(())
+        return settings_of(self.model, self.catalogue).of_study(())
 
     @cached_property
     def _preset(self) -> dict[str, Value]:
-        return usual_settings(self.model, self.preset, self.known)
+        return usual_settings(self.model, self.preset, self.catalogue)
 
     @property
     def settings(self) -> dict[str, Value]:
@@ -277,7 +277,7 @@ class ViewState:
         preset : str
             Name of a preset of the model.
         """
-        other = begin(model, preset, self.seed, self.known)
+        other = begin(model, preset, self.seed, self.catalogue)
         changed = model == self.model and preset != self.preset
         return self.on_preset(other) if changed else other
 
@@ -342,7 +342,7 @@ class ViewState:
 
     def as_spec(self) -> dict[str, Any]:
         """Return the spec that launches the state, with the sweeps of the user."""
-        known = self._known_settings
+        described = self._known_settings
         values: dict[str, Any] = {
             "model": self.model,
             "preset": self.preset,
@@ -352,13 +352,13 @@ class ViewState:
             values["maps"] = {str(self.fixed["map"]): map_as_written(self.own)}
         if fixed := {
             name: self.fixed[name]
-            for name in known
+            for name in described
             if name in self.fixed and name not in self.sweeps
         }:
             values["fixed"] = fixed
         if self.sweeps:
             values["sweep"] = {
-                name: _axis(known[name].kind, range_)
+                name: _axis(described[name].kind, range_)
                 for name, range_ in self.sweeps.items()
             }
         if self.literal:
@@ -417,7 +417,7 @@ class ViewState:
         before = from_opened(opened)
         if before == self:
             return opened.study.text
-        known = self._known_settings
+        described = self._known_settings
         own = self.own != before.own and self.own
         settings = {
             name: value
@@ -429,7 +429,7 @@ class ViewState:
             shown=self._preset | self.settings,
             maps={str(self.fixed["map"]): map_as_written(own)} if own else {},
             sweeps={
-                name: _axis(known[name].kind, range_)
+                name: _axis(described[name].kind, range_)
                 for name, range_ in self.sweeps.items()
             },
             seed=None if self.seed == before.seed else self.seed,
@@ -445,14 +445,14 @@ class ViewState:
     def _as_written(self, name: str, value: Any) -> Any:
         """Return a file in place of the name of an entry."""
         kinds = {"map": "maps", "start_draws": "starts", "metrics": "metrics"}
-        return self.known.written(kinds[name], value) if name in kinds else value
+        return self.catalogue.written(kinds[name], value) if name in kinds else value
 
     def _portable(self) -> dict[str, Any]:
         """Return the spec with files in place of the names of entries."""
         spec = self.as_spec()
         fixed = spec.get("fixed", {})
         record = spec["record"]
-        written = self.known.written
+        written = self.catalogue.written
         for kind, name in (("maps", "map"), ("starts", "start_draws")):
             if name in fixed:
                 fixed = fixed | {name: written(kind, fixed[name])}
@@ -471,9 +471,9 @@ class ViewState:
         if self.derive:
             texts = {metric.name: metric.expression.text for metric in self.derive}
             values["derive"] = texts
-        known = self._preset | dict(self.fixed)
-        frames = (self.replicate + 1) * int(known["steps"])
-        if not self.sweeps and frames * int(known["n"]) <= MOST_STORED:
+        settings = self._preset | dict(self.fixed)
+        frames = (self.replicate + 1) * int(settings["steps"])
+        if not self.sweeps and frames * int(settings["n"]) <= MOST_STORED:
             values["trajectories"] = True
         return written(values, RecordSpec)
 
@@ -483,24 +483,24 @@ class ViewState:
         `fixed` has only values that differ from the preset, and from the effect of the
         borders.
         """
-        known = self._fields()
+        fields = self._fields()
         fixed = dict(self.fixed)
         for name, value in changes.items():
-            if name not in known:
+            if name not in fields:
                 listed = f'; "sweep models {self.model}" lists the parameters'
-                more = "" if closest(name, known) else listed
-                raise SpecError(unknown("parameter", name, known) + more)
+                more = "" if closest(name, fields) else listed
+                raise SpecError(unknown("parameter", name, fields) + more)
             try:
-                fixed[name] = known[name].coerce(value)
+                fixed[name] = fields[name].coerce(value)
             except NotAllowedError as error:
                 raise SpecError(str(error)) from None
         return replace(self, fixed=_differing(fixed, self._preset))
 
     def _fields(self) -> dict[str, Any]:
-        known = self._known_settings
+        described = self._known_settings
         own = (str(self.fixed["map"]),) if self.own else ()
-        return known | {
-            "map": replace(known["map"], choices=(*known["map"].choices, *own))
+        return described | {
+            "map": replace(described["map"], choices=(*described["map"].choices, *own))
         }
 
     def _fixed_on(self, name: str) -> dict[str, Value]:
@@ -526,19 +526,19 @@ def begin(
     model: str | None = None,
     preset: str | None = None,
     seed: int = 1,
-    known: Catalogue = BUILT_IN,
+    catalogue: Catalogue = BUILT_IN,
 ) -> ViewState:
     """Return the state that shows a preset, and plots the first metrics of the model.
 
     Parameters
     ----------
     model : str, optional
-        Name of the model; by default the first of `known`.
+        Name of the model; by default the first of `catalogue`.
     preset : str, optional
         Name of the preset; by default the usual preset of the model.
     seed : int, default 1
         Seed of the trial.
-    known : Catalogue, optional
+    catalogue : Catalogue, optional
         Models, metrics and maps by name; by default the built-in ones.
 
     Raises
@@ -546,15 +546,15 @@ def begin(
     SpecError
         If the model or the preset is unknown.
     """
-    model = model or next(iter(known.models))
-    if model not in known.models:
-        raise SpecError(unknown("model", model, known.models))
-    chosen = known.models[model]
+    model = model or next(iter(catalogue.models))
+    if model not in catalogue.models:
+        raise SpecError(unknown("model", model, catalogue.models))
+    chosen = catalogue.models[model]
     preset = preset or usual_preset(chosen)
     if preset not in chosen.presets:
         raise SpecError(unknown(f"preset of {model}", preset, chosen.presets))
     plots = chosen.metrics[:MOST_PLOTS]
-    return ViewState(model, preset, seed, plots=plots, known=known).checked()
+    return ViewState(model, preset, seed, plots=plots, catalogue=catalogue).checked()
 
 
 def from_study(study: Study) -> ViewState:
@@ -596,16 +596,16 @@ def from_link(link: str) -> ViewState:
         )
     place = Path("link.yaml")
     return from_opened(
-        opened_again(yaml, point, int(replicate), known=BUILT_IN, path=place)
+        opened_again(yaml, point, int(replicate), catalogue=BUILT_IN, path=place)
     )
 
 
 def from_job(job: Job) -> ViewState:
     """Return the state of a stored trial, with its random numbers and first metrics."""
-    preset = usual_settings(job.model, job.preset, job.known)
+    preset = usual_settings(job.model, job.preset, job.catalogue)
     size = (float(job.settings["width"]), float(job.settings["height"]))
     own = None if job.obstacles is None else OwnMap(size, job.obstacles)
-    brought = SIDES if own or job.known.maps[str(job.settings["map"])].size else ()
+    brought = SIDES if own or job.catalogue.maps[str(job.settings["map"])].size else ()
     return ViewState(
         model=job.model,
         preset=job.preset,
@@ -618,7 +618,7 @@ def from_job(job: Job) -> ViewState:
         own=own,
         literal=job.literal,
         replicate=0 if job.literal else job.replicate,
-        known=job.known,
+        catalogue=job.catalogue,
         streams=job.streams,
         plots=job.record.names[:MOST_PLOTS],
         derive=job.record.derive,
@@ -647,12 +647,12 @@ def _study(state: ViewState) -> Study:
     spec = state.as_spec()
     own = state.own
     if own is None:
-        return parse_spec(spec, known=state.known)
+        return parse_spec(spec, catalogue=state.catalogue)
     (name,) = spec["maps"]
     x, y = own.size[0] / 2, own.size[1] / 2
     stand_in = {"disc": {"x": x, "y": y, "radius": min(x, y) / 2}}
     map_ = {"size": list(own.size), "shapes": [stand_in]}
-    study = parse_spec(spec | {"maps": {name: map_}}, known=state.known)
+    study = parse_spec(spec | {"maps": {name: map_}}, catalogue=state.catalogue)
     return replace(study, maps={name: own})
 
 

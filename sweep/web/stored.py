@@ -28,7 +28,7 @@ def from_stored(study: StoredStudy, job: Job) -> ViewState:
     path = Path(str(study.provenance.get("spec_path", "spec.yaml")))
     try:
         trial = (job.point, job.replicate)
-        spec = opened_again(study.spec, *trial, known=job.known, path=path)
+        spec = opened_again(study.spec, *trial, catalogue=job.catalogue, path=path)
     except UserError:
         return from_job(job)
     same = spec.job.trial_id == job.trial_id

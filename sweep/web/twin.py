@@ -99,9 +99,9 @@ class Twin:
 
     def _ended(self, number: int, state: Reply) -> str:
         """Return why a run ends at the present step; "" for a run that can continue."""
-        step, words = self.stopped
-        if step == self.step and number in words:
-            return words[number]
+        step, reasons = self.stopped
+        if step == self.step and number in reasons:
+            return reasons[number]
         replay = state["replay"]
         last = replay["frames"][1] if replay else state["steps"]
         return f"ended at step {last:,}" if self.step >= last else ""
@@ -203,8 +203,8 @@ class Twin:
         replies: list[Reply] = []
         each = list[Cursor]()
         before = cursor.each or (Cursor(), Cursor())
-        for number, (side, known) in enumerate(zip(self.sides, before, strict=True)):
-            news, now = side.news(known)
+        for number, (side, shown) in enumerate(zip(self.sides, before, strict=True)):
+            news, now = side.news(shown)
             replies += _of(number, news)
             each.append(now)
         return replies, cursor._replace(each=tuple(each))

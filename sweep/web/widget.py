@@ -189,7 +189,7 @@ def live(
     preset: str | None,
     seed: int,
     settings: Mapping[str, Value],
-    known: Catalogue = BUILT_IN,
+    catalogue: Catalogue = BUILT_IN,
 ) -> View:
     """Return the widget of a live run.
 
@@ -204,7 +204,7 @@ def live(
     settings : mapping
         Values of parameters by name, in the units of the model. Further parameters have
         the value of the preset.
-    known : Catalogue, optional
+    catalogue : Catalogue, optional
         Models, metrics and maps by name; by default the built-in ones.
 
     Raises
@@ -213,7 +213,7 @@ def live(
         If a spec would not accept these values.
     """
     try:
-        state = begin(model, preset, seed, known)
+        state = begin(model, preset, seed, catalogue)
         return View(Live(state.with_settings(settings) if settings else state))
     except SpecError as error:
         raise SpecError(without_lines(error)) from None

@@ -345,10 +345,10 @@ def unsealed(content: bytes, key: bytes) -> bytes:
     Raises ValueError if the first line or the seal is wrong.
     """
     first, _, content = content.partition(b"\n")
-    words = first.split()
-    if words[:2] != [b"boidsweep", b"checkpoint"] or len(words) != 4:
+    fields = first.split()
+    if fields[:2] != [b"boidsweep", b"checkpoint"] or len(fields) != 4:
         raise ValueError("is not a checkpoint, or is damaged")
-    if words[2] != b"%d" % FORMAT:
+    if fields[2] != b"%d" % FORMAT:
         raise ValueError(f"has an unknown format; this version reads format {FORMAT}")
     if not hmac.compare_digest(first + b"\n", _first_line(content, key)):
         raise ValueError(

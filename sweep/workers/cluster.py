@@ -183,11 +183,11 @@ class Dask(FliesOnProcessors):
             f" waiting up to {minutes} for it to come back"
         )
 
-    def _waiting(self, words: str) -> NotYetError:
-        if words != self._last_warning:
-            LOG.warning(words)
-            self._last_warning = words
-        return NotYetError(words)
+    def _waiting(self, message: str) -> NotYetError:
+        if message != self._last_warning:
+            LOG.warning(message)
+            self._last_warning = message
+        return NotYetError(message)
 
 
 class _Posts(LimitKeeper):

@@ -63,8 +63,8 @@ class WorkerDiedError(Exception):
         Number of processes that ended, perhaps 0.
     """
 
-    def __init__(self, times: int, words: str) -> None:
-        super().__init__(words)
+    def __init__(self, times: int, message: str) -> None:
+        super().__init__(message)
         self.times = times
 
 

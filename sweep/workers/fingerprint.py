@@ -87,7 +87,7 @@ def differences(ours: str, theirs: str) -> str:
         for name in expected.keys() & actual.keys()
         if expected[name] != actual[name]
     )
-    words = [
+    phrases = [
         f"{name} {expected[name]:.12} here, {actual[name]:.12} there"
         for name in both
         if not _is_file(name)
@@ -98,8 +98,8 @@ def differences(ours: str, theirs: str) -> str:
     if changed:
         unnamed = len(changed) - MOST_NAMED
         more = f" and {unnamed} more files" if unnamed > 0 else ""
-        words.append(f"other code in {', '.join(changed[:MOST_NAMED])}{more}")
-    return "; ".join(words)
+        phrases.append(f"other code in {', '.join(changed[:MOST_NAMED])}{more}")
+    return "; ".join(phrases)
 
 
 def _is_file(name: str) -> bool:

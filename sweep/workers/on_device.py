@@ -152,7 +152,7 @@ class OnDevice:
         return self._sent(jobs, jobs[0])
 
     def _sent(self, jobs: Sequence[Job], longest: Job) -> Sent:
-        states = len(longest.known.models[longest.model].state)
+        states = len(longest.catalogue.models[longest.model].state)
         room = MOST_BYTES / trial_bytes(longest.settings, longest.record, states)
         at_once = max(1, min(self.at_once, int(room)))
         return Sent(

@@ -225,7 +225,7 @@ def _unpacked(packed: bytes) -> tuple[object, Exception | None]:
         return None, error
 
 
-def _some(words: Iterable[str]) -> str:
-    listed = sorted(words)
+def _some(texts: Iterable[str]) -> str:
+    listed = sorted(texts)
     more = f" and {len(listed) - MOST_NAMED} more" if len(listed) > MOST_NAMED else ""
     return "; ".join(listed[:MOST_NAMED]) + more

@@ -88,7 +88,7 @@ def compile_ahead(jobs: Sequence[object], together: bool = False) -> None:
     for job in jobs:
         if not isinstance(job, Job):
             continue
-        kind = job.known, f"{job.model} {job.record}"
+        kind = job.catalogue, f"{job.model} {job.record}"
         if kind not in _compiled:
             warm(job)
             _compiled.add(kind)

@@ -152,7 +152,7 @@ def outside(scale: Scale = FULL) -> None:
     with tempfile.TemporaryDirectory() as folder:
         name, known = copied(Path(folder))
         for case, one in cases:
-            copy = replace(one, model=name, known=known)
+            copy = replace(one, model=name, catalogue=known)
             ratio = compare_pairs(one, copy, scale.of(4 * ROUNDS))
             print(f"outside, {case:27} {ratio:.2f} times the seconds of the inside")
 

@@ -141,5 +141,5 @@ def boid_step(one: Job) -> float:
     steps = 10**6
     settings = one.settings | {"steps": steps}
     record = RecordSpec(("speed",), every=steps)
-    seconds = trial_seconds(one.model, one.known, settings, record)
+    seconds = trial_seconds(one.model, one.catalogue, settings, record)
     return seconds / (steps * float(one.settings["n"]))

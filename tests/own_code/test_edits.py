@@ -63,7 +63,7 @@ def test_workers_compute_what_the_same_model_computes_built_in(
     """Number for number: the example in place of its copy, in one process."""
     spec = written(tmp_path)
     own = launched(spec, tmp_path / "own", workers)
-    known = load_spec(spec).known
+    known = load_spec(spec).catalogue
     presets = known.models["drawn"].presets
     name, there = named_model(str(ROOT / "examples" / "vortex.py"))
     entry = there.models[name]._replace(name="drawn", presets=presets)
@@ -259,7 +259,7 @@ def test_a_model_that_was_put_among_ours_by_hand_runs_in_workers_from_its_file(
     the same model, named in the spec, runs.
     """
     spec = written(tmp_path)
-    known = load_spec(spec).known
+    known = load_spec(spec).catalogue
     by_hand = known.models["drawn"]
     plain = SPEC.replace("./drawn.py", "by_hand").replace(", map: ./places.py", "")
     plain = plain.replace("[./mine.py]", "[speed]").replace(", rightwards", "")

@@ -20,7 +20,7 @@ NAMES = ["anna", "ben"]
 
 
 def frames_of(study: Study) -> np.ndarray:
-    (event,) = study.known.models[study.model].events
+    (event,) = study.catalogue.models[study.model].events
     return np.array(open_frames(event))
 
 
@@ -75,7 +75,7 @@ def test_arrays_of_each_individual_are_read(tmp_path: Path) -> None:
     section = {"files": ["*.npz"], "columns": columns, "gaps": 0.2}
     study = study_of_tracks(tmp_path, section)
     np.testing.assert_allclose(frames_of(study), expected(tmp_path / "table"))
-    assert study.known.models[study.model].events[0].name == "all"
+    assert study.catalogue.models[study.model].events[0].name == "all"
 
 
 def test_no_pickled_object_is_read(tmp_path: Path) -> None:
@@ -129,7 +129,7 @@ def test_files_of_one_name_are_events_with_their_folders(tmp_path: Path) -> None
         (tmp_path / session).mkdir()
         written(tmp_path / session, [("a", k / 10, k, 1) for k in range(3)])
     study = study_of_tracks(tmp_path, {"files": ["*/tracks.csv"]})
-    names = [event.name for event in study.known.models[study.model].events]
+    names = [event.name for event in study.catalogue.models[study.model].events]
     assert names == ["monday/tracks", "tuesday/tracks"]
 
 

@@ -61,7 +61,7 @@ def test_names_with_units_and_other_signs_are_found(
     begun = begin_with_recording(tracks(tmp_path, header), tmp_path / "herd.yaml")
     study = load_spec(begun.path)
     assert study.preset_settings["dt"] == 0.04
-    assert study.known.models[study.model].length == length
+    assert study.catalogue.models[study.model].length == length
 
 
 def test_irregular_times_and_other_delimiters_are_found(tmp_path: Path) -> None:
@@ -81,7 +81,7 @@ def test_columns_of_each_individual_are_found(x: str, tmp_path: Path) -> None:
     file.write_text(f"time,{','.join(names)}\n{rows}", encoding="utf-8")
     assert survey(file).individuals == 2
     study = load_spec(begin_with_recording(file).path)
-    (event,) = study.known.models[study.model].events
+    (event,) = study.catalogue.models[study.model].events
     assert (event.individuals, event.steps) == (("1", "2"), 4)
 
 
@@ -96,7 +96,7 @@ def test_a_file_of_movebank_is_projected(tmp_path: Path) -> None:
     study = load_spec(begin_with_recording(file).path)
     assert study.preset_settings["dt"] == 60.0
     assert study.preset_settings["height"] == math.ceil(1111.8)
-    assert study.known.models[study.model].events[0].individuals == ("Ada",)
+    assert study.catalogue.models[study.model].events[0].individuals == ("Ada",)
 
 
 def test_numbers_of_frames_leave_the_time_step_to_the_user(tmp_path: Path) -> None:

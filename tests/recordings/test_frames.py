@@ -14,7 +14,7 @@ Rows = list[tuple[object, ...]]
 
 
 def frames_of(study: Study, event: int = 0) -> np.ndarray:
-    return np.array(open_frames(study.known.models[study.model].events[event]))
+    return np.array(open_frames(study.catalogue.models[study.model].events[event]))
 
 
 def line(individual: str, times: list[int], speed: float = 2.0) -> Rows:
@@ -57,7 +57,7 @@ def test_a_gap_is_filled_up_to_the_stated_time(
     study = study_of_tracks(tmp_path, {"gaps": gaps})
     frames = frames_of(study)
     assert np.isfinite(frames[:, 0, 0]).tolist() == present
-    event = study.known.models[study.model].events[0]
+    event = study.catalogue.models[study.model].events[0]
     filled = 2 if all(present) else 0
     assert event.interpolated == filled / 12
     assert event.absent == pytest.approx((6 - sum(present)) / 12)
@@ -72,7 +72,7 @@ def test_irregular_times_are_interpolated_linearly(tmp_path: Path) -> None:
     grid = np.arange(5) * 0.1
     expected = np.interp(grid, times, np.square(times))
     np.testing.assert_allclose(frames_of(study)[:, 0, 0], expected)
-    assert study.known.models[study.model].events[0].interpolated == 3 / 5
+    assert study.catalogue.models[study.model].events[0].interpolated == 3 / 5
 
 
 def test_no_frame_is_after_the_last_row(tmp_path: Path) -> None:
@@ -120,7 +120,7 @@ def test_each_file_or_each_value_of_a_column_is_an_event(tmp_path: Path) -> None
     written(tmp_path, line("a", [0, 1, 2]), name="second.csv")
     written(tmp_path, [*line("a", [0, 1]), *line("b", [0, 1])], name="first.csv")
     study = study_of_tracks(tmp_path)
-    events = study.known.models[study.model].events
+    events = study.catalogue.models[study.model].events
     shapes = [(event.name, event.boids, event.steps) for event in events]
     assert shapes == [("first", 2, 1), ("second", 1, 2)]
     for file in tmp_path.glob("*.csv"):
@@ -128,7 +128,7 @@ def test_each_file_or_each_value_of_a_column_is_an_event(tmp_path: Path) -> None
     rows = [(*row, drive) for drive in (10, 9) for row in line("a", [0, 1, 2])]
     written(tmp_path, rows, "id,t,x,y,drive")
     study = study_of_tracks(tmp_path, {"columns": {"event": "drive"}})
-    events = study.known.models[study.model].events
+    events = study.catalogue.models[study.model].events
     assert [event.name for event in events] == ["9", "10"]
     assert events[0].sha == events[1].sha
     assert study.trials_per_point == 2
@@ -142,7 +142,7 @@ def test_kinds_come_in_order_and_are_counted(tmp_path: Path) -> None:
     ]
     written(tmp_path, rows, "id,t,x,y,species")
     study = study_of_tracks(tmp_path, {"columns": {"kind": "species"}})
-    assert study.known.models[study.model].kinds == ("dog", "sheep")
+    assert study.catalogue.models[study.model].kinds == ("dog", "sheep")
     assert study.preset_settings["count_dog"] == 1
     assert study.preset_settings["count_sheep"] == 2
 
@@ -159,7 +159,7 @@ def test_chosen_kinds_have_the_stated_order_and_others_are_left_out(
     written(tmp_path, rows, "id,t,x,y,k")
     section = {"columns": {"kind": "k"}, "kinds": ["sheep", "dog"]}
     study = study_of_tracks(tmp_path, section)
-    model = study.known.models[study.model]
+    model = study.catalogue.models[study.model]
     assert model.kinds == ("sheep", "dog")
     assert model.events[0].kinds == (1, 1)
     assert model.events[0].steps == 1
@@ -205,7 +205,7 @@ def test_columns_per_individual_have_the_frames_of_rows(tmp_path: Path) -> None:
         table.reset_index().to_csv(tmp_path / "wide.csv", index=False)
         study = study_of_tracks(tmp_path, {"columns": {"time": "time", "x": x, "y": y}})
         assert frames_of(study).tobytes() == expected.tobytes()
-        (event,) = study.known.models[study.model].events
+        (event,) = study.catalogue.models[study.model].events
         assert event.individuals == ("1", "2")
 
 
@@ -232,7 +232,7 @@ def test_names_with_numbers_are_in_the_order_of_the_numbers(tmp_path: Path) -> N
     names = ("s10", "s2", "10", "9", "s1b", "s1")
     written(tmp_path, [row for name in names for row in line(name, [0, 1])])
     study = study_of_tracks(tmp_path)
-    (event,) = study.known.models[study.model].events
+    (event,) = study.catalogue.models[study.model].events
     assert event.individuals == ("9", "10", "s1", "s1b", "s2", "s10")
 
 

@@ -218,7 +218,7 @@ def test_facts_of_a_stranger_are_no_path_and_no_length(old: str, new: str) -> No
 def test_frames_of_another_size_are_not_played(lab: Path) -> None:
     """The kernel would read beyond the frames."""
     study = load_spec(lab / "spec.yaml")
-    event = study.known.models[study.model].events[0]
+    event = study.catalogue.models[study.model].events[0]
     with pytest.raises(StoreError, match="has other frames than the study says"):
         open_frames(event._replace(steps=event.steps + 100))
 

@@ -71,7 +71,7 @@ def test_a_description_has_every_element_and_all_that_a_model_says(name: str) ->
     assert third == CONCEPTS
     rows = text.split("\n")
     [off] = re.findall(r"have no effect on any trial: (.*)\.$", text, re.MULTILINE)
-    for setting in settings_of(about.model.name, about.known).values():
+    for setting in settings_of(about.model.name, about.catalogue).values():
         if setting.name in off.split(", "):
             continue
         row, *_ = (one for one in rows if one.startswith(f"| {setting.name} | "))
@@ -80,7 +80,7 @@ def test_a_description_has_every_element_and_all_that_a_model_says(name: str) ->
     for rule in about.model.rules:
         assert any(row.startswith(f"| {rule.name} | {rule.weight} |") for row in rows)
     for metric in about.record:
-        assert about.known.metrics[metric].source in text
+        assert about.catalogue.metrics[metric].source in text
     for state in about.model.state:
         assert any(row.startswith(f"| {state} |") for row in rows)
     assert all(kind in text for kind in about.model.kinds)

@@ -155,7 +155,7 @@ def classes_of(job: Job) -> set[type]:
     """The classes of the arguments of a kernel, which are checked against those that
     are known before there is a flight.
     """
-    model = job.known.models[job.model]
+    model = job.catalogue.models[job.model]
     flight = Simulation(job).flight
     given = flight.flock, flight.world, flight.params, flight.work, flight.record
     classes = set(_classes(map(typeof, given)))
@@ -173,7 +173,7 @@ def test_robots_are_another_kernel_which_is_known_not_to_be_compiled() -> None:
     job = Jobs(study, expand(study))[0]
     warm(job)
     assert compiling_seconds(job) == 0.0
-    model = job.known.models[job.model]
+    model = job.catalogue.models[job.model]
     classes = classes_of(job)
     assert is_kept(model.advance, classes)
     assert not is_kept(model.advance, classes | {Job})

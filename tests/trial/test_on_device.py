@@ -263,7 +263,7 @@ def test_values_that_a_metric_leaves_are_none(at: int) -> None:
     metrics = {**known.metrics, "speed": skips}
     own = replace(known, metrics=metrics)
     record = replace(jobs[0].record, metrics=("speed",), series=("speed",))
-    given = [replace(one, known=own, record=record) for one in jobs]
+    given = [replace(one, catalogue=own, record=record) for one in jobs]
     check(given, flown(given, Filled()))
 
 

@@ -67,7 +67,7 @@ def simulated(monkeypatch: pytest.MonkeyPatch) -> list[Job]:
         jobs.append(job)
         result = run(job)
         taken = job.settings | {"steps": result.step}
-        seconds = trial_seconds(job.model, job.known, taken, job.record)
+        seconds = trial_seconds(job.model, job.catalogue, taken, job.record)
         return replace(result, seconds=SLOWER * seconds)
 
     monkeypatch.setattr(probe, "simulate", simulate)
@@ -104,7 +104,8 @@ def test_a_probe_of_a_long_study_is_short(simulated: list[Job]) -> None:
     timed = [job for job in simulated if job.settings["steps"] != 1]
     assert len(simulated) == 2 * len(timed) == 6
     estimates = [
-        trial_seconds(job.model, job.known, job.settings, job.record) for job in timed
+        trial_seconds(job.model, job.catalogue, job.settings, job.record)
+        for job in timed
     ]
     assert all(0.05 < one < 0.15 for one in estimates)
     assert all(job.time_limit == probe.MOST_SECONDS for job in timed)

@@ -97,7 +97,7 @@ def test_what_a_start_does_not_depend_on_has_it_drawn_once() -> None:
         return empty_flock(n)
 
     known = starting(counted)
-    job = replace(small(), known=known)
+    job = replace(small(), catalogue=known)
     settings = [{"steps": 7}, {"cohesion_weight": 0.25}, {"separation_range": 9.0}]
     for changes in settings:
         Simulation(replace(job, settings=job.settings | changes))
@@ -124,7 +124,8 @@ def at_two(n: int, *_others: Any) -> Flock:
 def test_starts_and_maps_of_one_name_are_told_apart_by_what_they_are() -> None:
     """Those of two studies, which may bring their own, in one process."""
     one, two = (
-        Simulation(replace(small(), known=starting(draw))) for draw in (at_one, at_two)
+        Simulation(replace(small(), catalogue=starting(draw)))
+        for draw in (at_one, at_two)
     )
     assert set(one.flock.x) == {1.0}
     assert set(two.flock.x) == {2.0}

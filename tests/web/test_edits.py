@@ -119,7 +119,7 @@ def test_a_gesture_is_one_edit() -> None:
         show.handle(messages.Set("cohesion_weight", 0.3 + k / 10, part=True))
     show.handle(messages.Set("cohesion_weight", 0.8, part=False))
     show.handle(messages.Set("cohesion_weight", 0.9))
-    assert [edit.words for edit in show.edits.past] == [
+    assert [edit.text for edit in show.edits.past] == [
         "cohesion weight 0.213 → 0.8",
         "cohesion weight 0.8 → 0.9",
     ]

@@ -39,7 +39,7 @@ def spec_of(path: Path) -> OpenedSpec:
 
 def copied(state: ViewState) -> Study:
     assert state.opened
-    return study_with(state.as_text(), state.opened.study.path, state.known)
+    return study_with(state.as_text(), state.opened.study.path, state.catalogue)
 
 
 def survivors(study: Study) -> list[object]:
@@ -232,7 +232,7 @@ def test_a_kept_spec_has_the_files_that_run_already_and_no_other(
     state = from_study(load_spec(tmp_path / "vortex.yaml"))
     text = state.as_text()
     assert text == (tmp_path / "vortex.yaml").read_text()
-    path, known = tmp_path / "vortex.yaml", state.known
+    path, known = tmp_path / "vortex.yaml", state.catalogue
     assert opened_again(text, state.job.point, 0, known, path).job.point == (
         state.job.point
     )

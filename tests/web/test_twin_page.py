@@ -249,7 +249,7 @@ def test_a_drag_of_a_slider_is_one_edit(opened: Open, steps: int) -> None:
     page = opened()
     slider = page.page.get_by_label("cohesion weight, slider")
     edits = page.show.edits  # type: ignore[attr-defined]
-    before = [edit.words for edit in edits.past][-1:]
+    before = [edit.text for edit in edits.past][-1:]
     page.until("!boidsweep.view.asked")
     said = page.ask("boidsweep.view.state.undo")
     at = page.ask("boidsweep.view.groups.fields.get('cohesion_weight').slider.value")
@@ -264,7 +264,7 @@ def test_a_drag_of_a_slider_is_one_edit(opened: Open, steps: int) -> None:
     page.until(f"boidsweep.view.state.undo !== {json.dumps(said)}")
     page.until("!boidsweep.view.asked")
     assert page.ask("boidsweep.view.state.undo").startswith("cohesion weight")
-    assert [edit.words for edit in edits.past][:-1][-1:] == before
+    assert [edit.text for edit in edits.past][:-1][-1:] == before
 
 
 def test_two_runs_are_seen_at_400_percent(opened: Open) -> None:

@@ -176,9 +176,9 @@ def test_the_command_shows_an_old_trial_by_the_code_of_then(
     edited(tmp_path, "9.0, 9.0, 1.0", "19.0, 19.0, 1.0")
     for arguments in (("small",), ("small", study.plan["trial_id"][0].as_py())):
         show = viewed(*arguments, "--no-open")
-        assert show.state.job.known is now
+        assert show.state.job.catalogue is now
         assert "places.py: another file now; the original code runs" in told[-1]
-    assert viewed(str(spec), "--no-open").state.job.known is not now
+    assert viewed(str(spec), "--no-open").state.job.catalogue is not now
 
 
 def test_a_model_may_be_that_of_a_file(tmp_path: Path) -> None:
@@ -203,9 +203,9 @@ def test_the_command_shows_an_own_model_and_an_old_trial_by_the_code_of_then(
     edited(tmp_path, *OTHER_RULE)
     for arguments in (("drawn",), ("drawn", study.plan["trial_id"][0].as_py())):
         show = viewed(*arguments, "--no-open")
-        assert show.state.job.known is now
+        assert show.state.job.catalogue is now
         assert "rules.py: another file now; the original code runs" in told[-1]
-    assert viewed(str(spec), "--no-open").state.job.known is not now
+    assert viewed(str(spec), "--no-open").state.job.catalogue is not now
 
 
 def test_the_command_says_what_is_wrong_before_it_serves(

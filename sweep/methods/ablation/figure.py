@@ -89,7 +89,7 @@ def effects_figure(
             }
             _panel(axes, shown, list(rows), factor=factor)
             unit = f" ({study.units[metric]})" if study.units.get(metric) else ""
-            before = _unchanged(study, preset, metric, by, names=names or {})
+            before = _unchanged(study, preset, metric, by, labels=names or {})
             axes.set_title(f"{text}\nunchanged{unit}:\n{before}", fontsize=7.5)
             axes.set_xlabel(
                 "factor" if factor else f"change{unit}".replace("%", "% points"),
@@ -111,12 +111,12 @@ def effects_figure(
 
 
 def _series(
-    table: pd.DataFrame, by: str | None, names: Mapping[Any, str]
+    table: pd.DataFrame, by: str | None, labels: Mapping[Any, str]
 ) -> dict[str, pd.DataFrame]:
     """Return the rows of each marker and colour, by label."""
     series = {}
     sides = list(dict.fromkeys(table["added_to"]))
-    for value, words_of in names.items() if by else [(None, "")]:
+    for value, words_of in labels.items() if by else [(None, "")]:
         part = table[table[by] == value] if by else table
         for side in sides:
             parts = [words_of, IN_WORDS[side] if len(sides) > 1 else ""]
@@ -168,13 +168,13 @@ def _unchanged(
     preset: str,
     metric: str,
     by: str | None,
-    names: Mapping[Any, str],
+    labels: Mapping[Any, str],
 ) -> str:
     """Return the mean of a metric without a change, by value of `by`, in words."""
     before = study.trials[study.details(preset).to_numpy() == ""]
     if by:
         mean_of = before.groupby(by)[metric].mean()
-        means = [mean_of[value] for value in names]
+        means = [mean_of[value] for value in labels]
     else:
         means = [before[metric].mean()]
     return " and ".join(
@@ -240,7 +240,7 @@ def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
         )
     (ablated,) = study.about.ablated
     metrics = choices.plain(study)
-    by, names = _apart(study, ablated, choices.by)
+    by, labels = _apart(study, ablated, choices.by)
     parts = [
         metrics[first : first + MOST_PANELS]
         for first in range(0, len(metrics), MOST_PANELS)
@@ -254,7 +254,7 @@ def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
                 ablated,
                 {name: quantity(study, name).partition(" (")[0] for name in part},
                 by=by,
-                names=names,
+                names=labels,
             ),
         )
         for part in parts

@@ -63,8 +63,8 @@ def stopping(study: StoredStudy) -> pd.DataFrame:
         If the study has a fixed number of trials.
     """
     rule = rule_of(study)
-    names = list(rule.widths)
-    stored = study.trials.set_index("trial_id")[names]
+    metrics = list(rule.widths)
+    stored = study.trials.set_index("trial_id")[metrics]
     ids = study.plan["trial_id"].to_pandas()
     point = study.plan["point"].to_pandas()
     missing = (~ids.isin(stored.index)).groupby(point, sort=False).sum()
@@ -74,7 +74,7 @@ def stopping(study: StoredStudy) -> pd.DataFrame:
         rule,
         next(iter(study.repeated.values())),
         trials,
-        {name: values[name].to_numpy(np.float64) for name in names},
+        {name: values[name].to_numpy(np.float64) for name in metrics},
         distributions=study.distributions,
     )
     is_open = (missing.to_numpy() > 0) | (points.further > trials)
@@ -115,8 +115,10 @@ def settled_points(study: StoredStudy) -> str:
     by_point = stopping(study).groupby("point")["why"]
     reasons = by_point.agg(lambda whys: min(whys, key=REASONS.index))
     counts = Counter(reasons[reasons != NOT_YET])
-    words = "".join(f", {count:,} by {why}" for why, count in sorted(counts.items()))
-    return f"{counts.total():,} of {len(reasons):,} points{words}"
+    by_reason = "".join(
+        f", {count:,} by {why}" for why, count in sorted(counts.items())
+    )
+    return f"{counts.total():,} of {len(reasons):,} points{by_reason}"
 
 
 def why_unfinished(study: StoredStudy) -> str:

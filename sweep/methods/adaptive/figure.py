@@ -157,15 +157,15 @@ def half_widths(layout: Narrowing) -> pd.DataFrame:
     """
     selection, metric, _ = layout
     trials = selection.trials
-    known = trials[(trials["status"] == "done") & trials[metric].notna()]
-    known = known.sort_values("replicate", kind="stable")
-    number = known.groupby("point", sort=False).cumcount() + 1
-    most = int(number.max()) if len(known) else 0
+    measured = trials[(trials["status"] == "done") & trials[metric].notna()]
+    measured = measured.sort_values("replicate", kind="stable")
+    number = measured.groupby("point", sort=False).cumcount() + 1
+    most = int(number.max()) if len(measured) else 0
     looks = _looks(most)
     parts = []
     for look in [*looks, *({most} - set(looks))]:
         means = by_point(
-            known[number <= look],
+            measured[number <= look],
             ["point"],
             [metric],
             repeated=selection.study.repeated,
@@ -187,8 +187,8 @@ def _looks(most: int) -> list[int]:
 
 def _drawn(widths: pd.DataFrame) -> pd.DataFrame:
     """Return the half-widths that a logarithmic axis can show."""
-    known = np.isfinite(widths["half"]) & (widths["half"] > 0.0)
-    drawn: pd.DataFrame = widths[known]
+    positive = np.isfinite(widths["half"]) & (widths["half"] > 0.0)
+    drawn: pd.DataFrame = widths[positive]
     return drawn
 
 
@@ -261,11 +261,11 @@ def _note(layout: Narrowing, widths: pd.DataFrame) -> str:
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
     """Return a figure per metric. Raises ChoiceError as `narrowing_figure`."""
-    names = choices.plain(study)
-    layouts = [narrowing_layout(study, name, by=choices.by) for name in names]
+    metrics = choices.plain(study)
+    layouts = [narrowing_layout(study, name, by=choices.by) for name in metrics]
     return [
         Planned(name, partial(draw_narrowing, layout))
-        for name, layout in zip(names, layouts, strict=True)
+        for name, layout in zip(metrics, layouts, strict=True)
     ]
 
 

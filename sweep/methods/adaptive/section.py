@@ -269,19 +269,19 @@ def _check_metrics(until: Entry, context: SpecContext) -> None:
             entry,
             name,
             context.recorded,
-            metrics=context.known.known.metrics,
+            metrics=context.metrics.catalogue.metrics,
         )
     mistakes.check()
 
 
 def check_record(record: dict[str, Any], plan: Mapping[str, Any]) -> None:
     """Raise ValueError unless a spec can have the rule of a record."""
-    names = ("metric", "half_width", "confidence")
+    keys = ("metric", "half_width", "confidence")
     most = record["max"]
     if MOST_TRIALS < most <= MOST_BEFORE:  # earlier versions allowed more
         most = MOST_TRIALS
     written = {
-        "until": {name: record[name] for name in names if name in record},
+        "until": {name: record[name] for name in keys if name in record},
         "min": record["min"],
         "max": most,
     }

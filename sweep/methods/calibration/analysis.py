@@ -402,8 +402,10 @@ class StoredSimulations:
         """Return the values of the columns, shape (simulations, trials)."""
         rule = self.rule
         stored = self.study.read("trials", ids).to_pandas()
-        known = stored.set_index("trial_id").reindex(columns=[*rule.columns, "status"])
-        rows = known.reindex(ids.to_pylist())
+        indexed = stored.set_index("trial_id").reindex(
+            columns=[*rule.columns, "status"]
+        )
+        rows = indexed.reindex(ids.to_pylist())
         shape = len(ids) // rule.replicates, rule.replicates
         missing = rows["status"].isna().to_numpy()
         self.missing = int(missing.sum())
@@ -586,11 +588,11 @@ class StoredSimulations:
         weights = target.population.weights
         prior = self.summaries[self.rows(DATA, PRIOR)]
         rows = []
-        for place, words in enumerate(self.words):
+        for place, label in enumerate(self.words):
             low, high = quantiles(summaries[:, place], weights, _ends(LEVEL))
             rows.append(
                 {
-                    "summary": words,
+                    "summary": label,
                     "data": float(target.data[place]),
                     "mean": float((weights * summaries[:, place]).sum()),
                     "low": low,

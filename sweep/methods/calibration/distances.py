@@ -70,12 +70,12 @@ class Distance:
             (Fearnhead and Prangle 2012).
         """
         complete = np.isfinite(summaries).all(axis=1)
-        known = summaries[complete]
-        middle = np.median(known, axis=0) if len(known) else np.zeros(known.shape[1])
-        scaled = cls(middle, spread_of(known))
+        finite = summaries[complete]
+        middle = np.median(finite, axis=0) if len(finite) else np.zeros(finite.shape[1])
+        scaled = cls(middle, spread_of(finite))
         if not learnt:
             return scaled
-        terms = scaled._terms(known)
+        terms = scaled._terms(finite)
         solution = np.linalg.lstsq(terms, draws[complete], rcond=None)
         coefficients = np.asarray(solution[0], np.float64)
         return cls(scaled.middle, scaled.spread, coefficients)

@@ -86,18 +86,18 @@ def draw_posterior(study: StoredStudy, outcome: Posterior) -> Figure:
         raise ChoiceError(
             "no parameter of the calibration has numbers", study.name, "posterior"
         )
-    names = outcome.parameters["parameter"].tolist()
-    inches = SIDE * len(names) + MARGIN
+    parameters = outcome.parameters["parameter"].tolist()
+    inches = SIDE * len(parameters) + MARGIN
     # The library places the panels.
     with style.context([STYLE, {"figure.constrained_layout.use": False}]):
         figure = Figure(figsize=(inches, inches))
         corner.corner(
-            outcome.draws[names].to_numpy(np.float64),
+            outcome.draws[parameters].to_numpy(np.float64),
             bins=BINS,
             range=_ranges(outcome),
             weights=outcome.draws["weight"].to_numpy(),
             color=BLUE,
-            labels=[quantity(study, name) for name in names],
+            labels=[quantity(study, name) for name in parameters],
             quantiles=ENDS,
             plot_contours=False,
             plot_density=False,

@@ -176,11 +176,11 @@ class _Calibrated:
         distance : Distance
         """
         complete = np.isfinite(self.prior).all(axis=1)
-        names = self.simulations.rule.priors
+        parameters = self.simulations.rule.priors
         draws = self.target.population.draws[: len(self.prior)][complete]
         return PriorSimulations(
             distance.scaled(self.prior[complete]),
-            dict(zip(names, draws.T, strict=True)),
+            dict(zip(parameters, draws.T, strict=True)),
         )
 
 
@@ -276,9 +276,9 @@ def _told_apart(calibrated: Sequence[_Calibrated], distance: Distance) -> pd.Dat
     columns = ["study", "right", "judged", "probability"]
     if min(len(each.features) for each in priors) < FEWEST_COMPARED:
         return pd.DataFrame(columns=columns)
-    names = [each.name for each in calibrated]
+    models = [each.name for each in calibrated]
     rows = []
-    for source, (right, shares) in zip(names, told_apart(priors), strict=True):
-        for judged, share in zip(names, shares.tolist(), strict=True):
+    for source, (right, shares) in zip(models, told_apart(priors), strict=True):
+        for judged, share in zip(models, shares.tolist(), strict=True):
             rows.append((source, right, judged, share))
     return pd.DataFrame(rows, columns=columns)

@@ -361,27 +361,27 @@ def _significant(row: Mapping[Any, Any], name: str) -> str:
 
 
 def _by_tolerance(outcome: Odds) -> TextTable:
-    names = outcome.models["study"].tolist()
+    models = outcome.models["study"].tolist()
     rows = []
     for tolerance, some in outcome.tolerances.groupby("tolerance"):
         cells = [_significant(row, "probability") for row in some.to_dict("records")]
         rows.append([f"{tolerance:.3g}", *cells])
     return TextTable(
-        columns=["tolerance", *names],
+        columns=["tolerance", *models],
         rows=rows,
         caption="probabilities by tolerance: they must not depend on it",
     )
 
 
 def _told_apart(outcome: Odds) -> TextTable:
-    names = outcome.models["study"].tolist()
+    models = outcome.models["study"].tolist()
     rows = []
-    for name in names:
+    for name in models:
         some = outcome.told_apart[outcome.told_apart["study"] == name]
         shares = [percent(share) for share in some["probability"]]
         rows.append([name, *shares, percent(some["right"].iloc[0])])
     return TextTable(
-        columns=["data sets of", *names, "told right"],
+        columns=["data sets of", *models, "told right"],
         rows=rows,
         title="do the summaries tell the models apart?",
         caption=(

@@ -221,7 +221,7 @@ def _summaries(entry: Entry | None, context: SpecContext) -> tuple[Summary, ...]
         return ()
     summaries = list[Summary]()
     mistakes = Mistakes()
-    metrics = context.known.known.metrics
+    metrics = context.metrics.catalogue.metrics
     if isinstance(entry.value, dict):
         for column, child in entry.mapping():
             if _is_profile(column, context):
@@ -249,7 +249,7 @@ def _summaries(entry: Entry | None, context: SpecContext) -> tuple[Summary, ...]
 
 def _is_profile(name: str, context: SpecContext) -> bool:
     """Return whether a name is that of a profile, and not of a derived metric."""
-    return name in context.known.known.profiles and name not in context.recorded
+    return name in context.metrics.catalogue.profiles and name not in context.recorded
 
 
 def _of_profile(entry: Entry, name: str, context: SpecContext) -> list[Summary]:
@@ -262,7 +262,7 @@ def _of_profile(entry: Entry, name: str, context: SpecContext) -> list[Summary]:
                 f'profile "{name}" is not recorded: list it under "profiles" of'
                 ' "record"'
             )
-    if context.known.known.profiles[name].axis == "individual":
+    if context.metrics.catalogue.profiles[name].axis == "individual":
         raise entry.error(f'the positions of "{name}" are individuals, not a distance')
     if not isinstance(entry.value, dict):
         raise entry.expected(f"the positions of a profile: {_form(name)}")
@@ -297,7 +297,7 @@ def _known_range(name: str, context: SpecContext) -> tuple[float, float]:
     """
     for recorded in context.profiles or ():
         if recorded.name == name and recorded.to is not None:
-            if context.known.known.profiles[name].axis != "distance":
+            if context.metrics.catalogue.profiles[name].axis != "distance":
                 return 0.0, recorded.to
             half = recorded.to / (2 * (recorded.bins or USUAL_BINS))
             return half, recorded.to - half

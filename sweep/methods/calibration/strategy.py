@@ -417,8 +417,8 @@ def values_at_points(
     if not rule.points:
         return {}
     table = study.read("profiles", trials)
-    known = KnownIds.of_column(table["trial_id"].cast(pa.string()))
-    places = known.places_of_column(pa.chunked_array([trials]))
+    ids = KnownIds.of_column(table["trial_id"].cast(pa.string()))
+    places = ids.places_of_column(pa.chunked_array([trials]))
     at_points = dict[str, Floats]()
     for point in rule.points:
         stored = np.append(values_at(point, table), np.nan)
@@ -463,10 +463,10 @@ def _why_beyond(rule: Calibration, side: Side) -> str:
     profiles = side.study.profiles
     stored = profiles[profiles["trial_id"].isin(side.trials["trial_id"])]
     for profile, at in rule.points:
-        known = stored[f"{profile}{AT}"].dropna()
-        if known.empty:
+        stored_positions = stored[f"{profile}{AT}"].dropna()
+        if stored_positions.empty:
             return f"no trial of {side.text} has {profile}"
-        positions = np.concatenate([*known])
+        positions = np.concatenate([*stored_positions])
         first = positions.min()
         last = positions.max()
         if not first <= at <= last:
@@ -483,9 +483,9 @@ def _units(
     """Yield each value that is compared, with its unit in the data and in a study."""
     for column in rule.columns:
         yield column, stored.units.get(column, ""), _unit(study, column)
-    model = study.known.models[study.model]
+    model = study.catalogue.models[study.model]
     for name in dict.fromkeys(point.profile for point in rule.points):
-        profile = study.known.profiles[name]
+        profile = study.catalogue.profiles[name]
         unit, axis_unit = profile_units(stored, name)
         yield name, unit, spelled(profile.unit, model)
         yield f"the axis of {name}", axis_unit, spelled(profile.axis_unit, model)
@@ -497,8 +497,8 @@ def _unit(study: Study, column: str) -> str:
     for derived in study.record.derive:
         if derived.name == name:
             return derived.unit
-    model = study.known.models[study.model]
-    return spelled(study.known.metrics[name].unit, model)
+    model = study.catalogue.models[study.model]
+    return spelled(study.catalogue.metrics[name].unit, model)
 
 
 def _axis(columns: dict[str, Values], places: list[int] | None = None) -> Axis:

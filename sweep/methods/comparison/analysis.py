@@ -205,12 +205,12 @@ def compare_sides(
     the bound is for all verdicts together.
     """
     method = method or Inference()
-    names = shared_metrics(side_a, side_b, as_names(metrics))
-    _check(method, names)
+    shared = shared_metrics(side_a, side_b, as_names(metrics))
+    _check(method, shared)
     matching = match(side_a, side_b)
     streams = streams_in_common(side_a, side_b)
     compared = places_of(side_a, side_b, matching.points, sharing=bool(streams))
-    columns = {str(Column(name, half)): _unit(side_a, name) for name in names}
+    columns = {str(Column(name, half)): _unit(side_a, name) for name in shared}
     contrasts = [
         contrast
         for column in columns
@@ -372,8 +372,8 @@ def streams_in_common(side_a: Side, side_b: Side) -> tuple[str, ...]:
 def _events(side: Side) -> set[str]:
     """Return the hashes of the recorded events; none for a study of a model."""
     models = side.study.known.models
-    names = side.trials["model"].unique()
-    return {event.sha for name in names for event in models[name].events}
+    models_of_trials = side.trials["model"].unique()
+    return {event.sha for name in models_of_trials for event in models[name].events}
 
 
 def _starts(side: Side) -> set[str]:
@@ -381,12 +381,12 @@ def _starts(side: Side) -> set[str]:
 
     An initial condition without a hash has its name instead.
     """
-    known = side.study.known.starts
+    starts = side.study.known.starts
     code = stamps(side.study.provenance)
-    names = {str(name) for name in side.trials["start_draws"].unique()}
-    fixed = {name for name in names if name in known and not known[name].random}
+    draws = {str(name) for name in side.trials["start_draws"].unique()}
+    fixed = {name for name in draws if name in starts and not starts[name].random}
     hashes = {code.starts.get(name, name) if code else name for name in fixed}
-    return hashes | ({""} if names - fixed else set())
+    return hashes | ({""} if draws - fixed else set())
 
 
 def places_of(
@@ -565,6 +565,6 @@ def _verdict(difference: float, p: float, p_equivalent: float, level: float) -> 
     """Return the verdict of B, an entry of VERDICTS."""
     if np.isnan(p):
         return "too few distinct values"
-    words = ["higher" if difference > 0.0 else "lower"] if p < level else []
-    words += ["equivalent"] if p_equivalent < level else []
-    return ", ".join(words) or "no difference shown"
+    verdicts = ["higher" if difference > 0.0 else "lower"] if p < level else []
+    verdicts += ["equivalent"] if p_equivalent < level else []
+    return ", ".join(verdicts) or "no difference shown"

@@ -65,21 +65,21 @@ def match(side_a: Side, side_b: Side) -> Matching:
     points_a = _points(side_a, code_is_same)
     points_b = _points(side_b, code_is_same)
     settings = _settings(side_a, side_b)
-    names = [
+    matched = [
         name
         for name in settings
         if name not in side_a.named & side_b.named
         and _is_matched_on(name, points_a, points_b)
     ]
-    keyed_a = points_a.set_axis(_keys(points_a[names]), axis="index")
-    keyed_b = points_b.set_axis(_keys(points_b[names]), axis="index")
-    _check_single(side_a, keyed_a, keyed_b, names)
-    _check_single(side_b, keyed_b, keyed_a, names)
+    keyed_a = points_a.set_axis(_keys(points_a[matched]), axis="index")
+    keyed_b = points_b.set_axis(_keys(points_b[matched]), axis="index")
+    _check_single(side_a, keyed_a, keyed_b, matched)
+    _check_single(side_b, keyed_b, keyed_a, matched)
     common = [key for key in keyed_a.index if key in keyed_b.index]
     if not common:
         raise ChoiceError(
             f"no point of {side_a.text} agrees with a point of {side_b.text} in"
-            f" {', '.join(names)}"
+            f" {', '.join(matched)}"
         )
     first = keyed_a.loc[common]
     second = keyed_b.loc[common]
@@ -99,12 +99,12 @@ def match(side_a: Side, side_b: Side) -> Matching:
     first = first[~same]
     second = second[~same]
     idle = side_a.study.idle | side_b.study.idle
-    unmatched = [name for name in settings if name not in names and name not in idle]
+    unmatched = [name for name in settings if name not in matched and name not in idle]
     return Matching(
-        names=names,
-        settings=first[names].reset_index(drop=True),
+        names=matched,
+        settings=first[matched].reset_index(drop=True),
         points=np.column_stack([first["point"], second["point"]]),
-        alone=(keyed_a.drop(common)[names], keyed_b.drop(common)[names]),
+        alone=(keyed_a.drop(common)[matched], keyed_b.drop(common)[matched]),
         same=int(same.sum()),
         differ=_differences(first, second, [*PROPERTIES, *unmatched]),
     )
@@ -131,12 +131,12 @@ def _settings(side_a: Side, side_b: Side) -> list[str]:
     is included if the values of the two sides are equal, or have none in common.
     """
     varied = [*side_a.study.varied, *side_b.study.varied]
-    names = dict.fromkeys([*varied, *side_a.study.settings])
+    settings = dict.fromkeys([*varied, *side_a.study.settings])
     known_a, known_b = (
         {*side.study.settings, *side.study.kept_apart} & set(side.trials)
         for side in (side_a, side_b)
     )
-    shared = [name for name in names if name in known_a & known_b]
+    shared = [name for name in settings if name in known_a & known_b]
     apart = {*side_a.study.kept_apart, *side_b.study.kept_apart}
     return [
         name
@@ -196,7 +196,7 @@ def _keys(table: pd.DataFrame) -> list[str]:
 
 
 def _check_single(
-    side: Side, table: pd.DataFrame, partner: pd.DataFrame, names: Sequence[str]
+    side: Side, table: pd.DataFrame, partner: pd.DataFrame, settings: Sequence[str]
 ) -> None:
     """Raise ChoiceError if a point has several partners, with the differences."""
     several = table[
@@ -210,7 +210,7 @@ def _check_single(
         for name in (*side.study.kept_apart, *side.study.settings)
         if name in group and group[name].nunique() > 1
     ]
-    where = ", ".join(f"{name} = {group[name].iloc[0]}" for name in names)
+    where = ", ".join(f"{name} = {group[name].iloc[0]}" for name in settings)
     mark = "," if ":" in side.text else ":"
     example = f"{side.text}{mark}{free[0]}={group[free[0]].iloc[0]}"
     raise ChoiceError(
@@ -249,10 +249,10 @@ def _shared_candidates(side_a: Side, side_b: Side) -> set[str]:
 
 
 def _differences(
-    first: pd.DataFrame, second: pd.DataFrame, names: Sequence[str]
+    first: pd.DataFrame, second: pd.DataFrame, settings: Sequence[str]
 ) -> dict[str, tuple[list[Any], list[Any]]]:
-    """Return the values of all columns `names` in which paired rows differ."""
-    apart = [name for name in names if _values(first[name]) != _values(second[name])]
+    """Return the values of all columns `settings` in which paired rows differ."""
+    apart = [name for name in settings if _values(first[name]) != _values(second[name])]
     return {
         name: (list(dict.fromkeys(first[name])), list(dict.fromkeys(second[name])))
         for name in apart

@@ -118,5 +118,5 @@ def _of_preset(study: StoredStudy, preset: str) -> dict[str, str]:
         )
     if preset == own:
         return {study.detail(other): "" for other in ablated}
-    names = study.detail_names(preset)
-    return {study.detail(preset): label([True] * len(names), names)}
+    details = study.detail_names(preset)
+    return {study.detail(preset): label([True] * len(details), details)}

@@ -99,15 +99,15 @@ def titles(comparison: Comparison) -> list[str]:
 
 def cells(comparison: Comparison, rows: pd.DataFrame) -> list[list[str]]:
     """Return the strings of some rows of a comparison, below its `titles`."""
-    names = telling(comparison.matching.settings)
-    return [_cells(row, names) for _, row in rows.iterrows()]
+    settings = telling(comparison.matching.settings)
+    return [_cells(row, settings) for _, row in rows.iterrows()]
 
 
-def _cells(row: "pd.Series[Any]", names: Sequence[str]) -> list[str]:
+def _cells(row: "pd.Series[Any]", settings: Sequence[str]) -> list[str]:
     within = [_chance(row["p_equivalent"])] if "p_equivalent" in row else []
     return [
         metric_named(row),
-        *(brief(row[name]) for name in names),
+        *(brief(row[name]) for name in settings),
         *_means(row),
         _chance(row["p"]),
         _short(row["hedges_g"]),
@@ -195,15 +195,15 @@ def summary(comparison: Comparison) -> Iterable[str]:
     within = (
         f"±{comparison.method.margin:g}" if comparison.method.margin is not None else ""
     )
-    words = {"equivalent": f"equivalent within {within}"}
-    words |= {
+    labels = {"equivalent": f"equivalent within {within}"}
+    labels |= {
         f"{verdict}, equivalent": f"{verdict} but equivalent within {within}"
         for verdict in ("higher", "lower")
     }
     for metric in dict.fromkeys(comparison.rows["metric"]):
         counts = comparison.verdicts(metric)
         (first, count), *further = [
-            (words.get(verdict, verdict), count) for verdict, count in counts.items()
+            (labels.get(verdict, verdict), count) for verdict, count in counts.items()
         ]
         points = so_many(len(comparison.matching.settings), "point")
         parts = [
@@ -240,16 +240,16 @@ def _named(alone: pd.DataFrame, matched: pd.DataFrame) -> str:
         for name, fraction in fractions.items()
         if fraction.iloc[0] > 0.5
     }
-    words = []
+    phrases = []
     for row in alone.head(MOST_ALONE).to_dict(orient="records"):
         unusual = [
             f"{name} = {brief(row[name])}"
             for name in fractions
             if name not in usual or row[name] != usual[name]
         ]
-        words.append(", ".join(unusual))
+        phrases.append(", ".join(unusual))
     return "; ".join(
-        [*words, *(["... (--json lists all)"] if len(alone) > MOST_ALONE else [])]
+        [*phrases, *(["... (--json lists all)"] if len(alone) > MOST_ALONE else [])]
     )
 
 

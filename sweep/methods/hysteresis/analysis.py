@@ -83,14 +83,14 @@ def find_loops(
     """
     continued = study.about.continued
     if continued is None or continued["directions"] != [UP, DOWN]:
-        words = 'no axis has "continue: both", so there is no loop'
-        raise ChoiceError(words, study.name)
+        message = 'no axis has "continue: both", so there is no loop'
+        raise ChoiceError(message, study.name)
     for name in as_names(metrics):
         study.check_metric(name)
     half = is_half(over, half)
-    names = [str(Column(name, half)) for name in as_names(metrics) or study.metrics]
+    columns = [str(Column(name, half)) for name in as_names(metrics) or study.metrics]
     axis = continued["axis"]
-    return [group for name in names for group in _loops(study, axis, name)]
+    return [group for name in columns for group in _loops(study, axis, name)]
 
 
 def _loops(study: StoredStudy, axis: str, column: str) -> Iterator[FoundLoop]:
@@ -98,9 +98,9 @@ def _loops(study: StoredStudy, axis: str, column: str) -> Iterator[FoundLoop]:
     linked = {axis, DIRECTION} | _follow(study, axis)
     grouping = [str(name) for name in points.columns if name not in linked]
     trials = study.trials[study.trials["status"] == "done"]
-    known = trials.set_index("trial_id")[column]
+    values = trials.set_index("trial_id")[column]
     plan: pd.DataFrame = study.plan.to_pandas()
-    rows = plan.assign(metric=plan["trial_id"].map(known))
+    rows = plan.assign(metric=plan["trial_id"].map(values))
     groups = rows.groupby(grouping, sort=False) if grouping else [((), rows)]
     for key, group in groups:
         settings = dict(zip(grouping, key, strict=True))
@@ -132,8 +132,8 @@ def _loop(
     ways = {way: table.get(way, pd.DataFrame()) for way in (UP, DOWN)}
     shared = sorted(set(ways[UP].columns) & set(ways[DOWN].columns))
     if len(shared) < LEAST:
-        words = f"a loop needs {LEAST} values of {axis} in each direction"
-        raise ChoiceError(f"{words}, but has {len(shared)}", study.name)
+        reason = f"a loop needs {LEAST} values of {axis} in each direction"
+        raise ChoiceError(f"{reason}, but has {len(shared)}", study.name)
     values = np.array(shared, np.float64)
     up, down = (ways[way][shared].to_numpy(np.float64) for way in (UP, DOWN))
     estimate = loop(values, up, down)

@@ -83,9 +83,9 @@ class Power:
     def worst(self) -> Iterator["pd.Series[Any]"]:
         """Yield the known row that needs most replicates, per goal and metric."""
         for _, rows in self.rows.groupby(["goal", "asked", "metric"], sort=False):
-            known = rows.dropna(subset="replicates")
-            if len(known):
-                yield known.iloc[int(known["replicates"].argmax())]
+            finite = rows.dropna(subset="replicates")
+            if len(finite):
+                yield finite.iloc[int(finite["replicates"].argmax())]
 
 
 def needed_replicates(
@@ -378,8 +378,10 @@ def _now(side: Side, column: str) -> pd.DataFrame:
         repeated=study.repeated,
         distributions=study.distributions,
     )
-    names = {column: "mean", f"{column}_low": "low", f"{column}_high": "high"}
-    return means.set_axis(trials["point"].unique())[[*names]].rename(columns=names)
+    new_names = {column: "mean", f"{column}_low": "low", f"{column}_high": "high"}
+    return means.set_axis(trials["point"].unique())[[*new_names]].rename(
+        columns=new_names
+    )
 
 
 def _goal(goal: Goal, column: str, study: StoredStudy, size: Width) -> dict[str, str]:

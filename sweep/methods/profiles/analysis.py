@@ -181,7 +181,7 @@ def mean_profiles(
     ]
 
 
-def chosen_profiles(study: StoredStudy, names: Sequence[str] = ()) -> list[str]:
+def chosen_profiles(study: StoredStudy, profiles: Sequence[str] = ()) -> list[str]:
     """Return the named profiles of a study, or all.
 
     Raises ChoiceError if no profile is stored, or a name is not recorded.
@@ -194,10 +194,10 @@ def chosen_profiles(study: StoredStudy, names: Sequence[str] = ()) -> list[str]:
             " the spec records profiles, which `sweep metrics` lists",
             study.name,
         )
-    for name in names:
+    for name in profiles:
         if name not in recorded:
             raise ChoiceError(unknown("profile", name, recorded), study.name)
-    return list(names) or recorded
+    return list(profiles) or recorded
 
 
 def profile_units(study: StoredStudy, name: str) -> tuple[str, str]:
@@ -214,9 +214,9 @@ def rows_by_point(study: StoredStudy, name: str) -> list[tuple[str, pd.DataFrame
     """
     points = study.trials.set_index("trial_id")["point"]
     stored = study.profiles
-    known = stored[stored[name].notna() & stored["trial_id"].isin(points.index)]
-    behind = points.loc[known["trial_id"]].to_numpy()
-    return [(str(point), rows) for point, rows in known.groupby(behind, sort=False)]
+    measured = stored[stored[name].notna() & stored["trial_id"].isin(points.index)]
+    behind = points.loc[measured["trial_id"]].to_numpy()
+    return [(str(point), rows) for point, rows in measured.groupby(behind, sort=False)]
 
 
 def size_exponents(
@@ -260,9 +260,9 @@ def _slope(zeros: Mapping[float, Floats]) -> Interval:
     interval is Student's with Welch's degrees of freedom. If some trials have no zero,
     the slope is NaN, because the other trials are a selection.
     """
-    known = sum(int(np.isfinite(sample).sum()) for sample in zeros.values())
-    if known < sum(map(len, zeros.values())):
-        return Interval(np.nan, np.nan, np.nan, known)
+    number = sum(int(np.isfinite(sample).sum()) for sample in zeros.values())
+    if number < sum(map(len, zeros.values())):
+        return Interval(np.nan, np.nan, np.nan, number)
     x = np.log(list(zeros))
     x -= x.mean()
     weights = x / np.sum(x**2)
@@ -272,12 +272,12 @@ def _slope(zeros: Mapping[float, Floats]) -> Interval:
     )
     # An estimate is the last mean minus all other means.
     estimate = mean_estimate(*(-sample for sample in negative), last)
-    return Interval(estimate.value, *estimate.interval(), known)
+    return Interval(estimate.value, *estimate.interval(), number)
 
 
-def with_unit(words: str, unit: str) -> str:
+def with_unit(label: str, unit: str) -> str:
     """Return words with a unit in brackets; a quantity without a unit has none."""
-    return f"{words} ({unit.replace('^2', '²')})" if unit else words
+    return f"{label} ({unit.replace('^2', '²')})" if unit else label
 
 
 def _individuals(study: StoredStudy, axis: str) -> tuple[str, ...]:
@@ -390,10 +390,10 @@ def _band(
     )
     if together and complete:
         band = max_t(values[:, measured])
-        known = np.isfinite(band.low)
-        places = np.flatnonzero(measured)[known]
-        low[places] = band.low[known]
-        high[places] = band.high[known]
+        finite = np.isfinite(band.low)
+        places = np.flatnonzero(measured)[finite]
+        low[places] = band.low[finite]
+        high[places] = band.high[finite]
     return value, np.maximum(low, possible[0]), np.minimum(high, possible[1])
 
 
@@ -411,9 +411,9 @@ def _exponent(at: Floats, values: Floats, factor: float) -> float:
 
 def _zero(at: Floats, values: Floats) -> float:
     """Return the first position at which linear interpolation gives 0; NaN for none."""
-    known = np.isfinite(values)
-    position = at[known]
-    value = values[known]
+    finite = np.isfinite(values)
+    position = at[finite]
+    value = values[finite]
     below = np.flatnonzero(value <= 0.0)
     if not below.size or below[0] == 0:
         return np.nan
@@ -468,16 +468,16 @@ def profile_difference(a: Side, b: Side, name: str) -> ProfileDifference:
         If a side has several points, or the axes or units of the sides differ.
     """
     if a.study.known.profiles[name].axis == "individual":
-        words = f"{name}: individuals of A are not those of B"
-        raise ChoiceError(words, b.study.name)
+        message = f"{name}: individuals of A are not those of B"
+        raise ChoiceError(message, b.study.name)
     first, second = (_of_side(side, name) for side in (a, b))
     for mine, theirs in (
         (first.unit, second.unit),
         (first.axis_unit, second.axis_unit),
     ):
         if mine != theirs:
-            words = f"{name} is in {mine or 'no unit'} in A, in {theirs} in B"
-            raise ChoiceError(words, b.study.name)
+            message = f"{name} is in {mine or 'no unit'} in A, in {theirs} in B"
+            raise ChoiceError(message, b.study.name)
     if first.at.shape != second.at.shape or not np.allclose(first.at, second.at):
         raise ChoiceError(
             f"{name} has other positions in A than in B: record both with equal `to`,"

@@ -132,12 +132,12 @@ def _keep_means_in_view(axes: Axes, lines: Sequence[MeanProfile]) -> None:
 def _draw_line(axes: Axes, line: MeanProfile, number: int, apart: float) -> None:
     """Draw the means of a profile; individuals of several lines are side by side."""
     colour = COLOURS[number % len(COLOURS)]
-    known = np.isfinite(line.value)
-    at = line.at[known]
+    finite = np.isfinite(line.value)
+    at = line.at[finite]
     if line.axis == "individual":
         at = at + SIDE_BY_SIDE * apart
-    low = line.low[known]
-    high = line.high[known]
+    low = line.low[finite]
+    high = line.high[finite]
     look = LINE_STYLES[number % len(LINE_STYLES)]
     if line.axis == "individual":
         axes.vlines(at, low, high, color=colour, lw=0.8)
@@ -145,7 +145,7 @@ def _draw_line(axes: Axes, line: MeanProfile, number: int, apart: float) -> None
         axes.fill_between(at, low, high, color=colour, alpha=0.2, lw=0)
     axes.plot(
         at,
-        line.value[known],
+        line.value[finite],
         color=colour,
         marker=MARKERS[number % len(MARKERS)],
         linestyle="none" if line.axis == "individual" else look,
@@ -185,20 +185,20 @@ def _drawn_profiles(study: Results) -> list[str]:
     An individual of a study is none of another study.
     """
     first, *joined = stored_parts(study)
-    names = [
+    profiles = [
         name
         for name in chosen_profiles(first)
         if all(_is_shared(first, part, name) for part in joined)
     ]
-    if not names:
+    if not profiles:
         raise ChoiceError(
             "no profile is in equal units in all studies; individuals of a study are"
             " not those of another study",
             study.name,
         )
-    for name in names:
+    for name in profiles:
         _check_lines(study, name)
-    return names
+    return profiles
 
 
 def _is_shared(first: StoredStudy, other: StoredStudy, name: str) -> bool:
@@ -223,9 +223,9 @@ def _lines(study: Results, name: str) -> list[MeanProfile]:
 
 def marks(study: StoredStudy, _choices: Choices) -> FigureMarks:
     """Return a panel per profile as marks; individuals only without other profiles."""
-    names = _drawn_profiles(study)
-    along = [name for name in names if study.known.profiles[name].axis != "individual"]
-    profiles = {name: _lines(study, name) for name in along or names}
+    drawn = _drawn_profiles(study)
+    along = [name for name in drawn if study.known.profiles[name].axis != "individual"]
+    profiles = {name: _lines(study, name) for name in along or drawn}
     points = dict.fromkeys(line.point for lines in profiles.values() for line in lines)
     colours = {point: number for number, point in enumerate(points)}
     settings = {
@@ -233,7 +233,7 @@ def marks(study: StoredStudy, _choices: Choices) -> FigureMarks:
         for lines in profiles.values()
         for line in lines
     }
-    left_out = [name for name in names if name not in profiles]
+    left_out = [name for name in drawn if name not in profiles]
     by_command = f"; only in `sweep plot`: {', '.join(left_out)}" if left_out else ""
     text = (
         f"means over {study.averaged} of {{n}} trials per point; bands: 95 %"
@@ -254,12 +254,16 @@ def _panel(lines: Sequence[MeanProfile], colours: Mapping[str, int]) -> MarkedPa
     first = lines[0]
     is_logarithmic = _is_logarithmic(lines)
     # Lines of a recording may have different individuals.
-    names = tuple(dict.fromkeys(name for line in lines for name in line.individuals))
-    places = {name: place for place, name in enumerate(names)}
+    individuals = tuple(
+        dict.fromkeys(name for line in lines for name in line.individuals)
+    )
+    places = {name: place for place, name in enumerate(individuals)}
     rows = [
         pd.DataFrame(
             {
-                "x": [places[name] for name in line.individuals] if names else line.at,
+                "x": [places[name] for name in line.individuals]
+                if individuals
+                else line.at,
                 "y": line.value,
                 "low": line.low,
                 "high": line.high,
@@ -276,7 +280,7 @@ def _panel(lines: Sequence[MeanProfile], colours: Mapping[str, int]) -> MarkedPa
             first.axis,
             with_unit(first.axis, first.axis_unit),
             is_logarithmic,
-            names=names,
+            names=individuals,
         ),
         MarkedAxis(
             first.name,

@@ -85,8 +85,8 @@ def profiles(
         means = profiles_of_side(side, profile or (), start=start, stop=stop)
         return profiles_report(side.study, means)
     if start is not None or stop is not None:
-        words = "start and stop are for exponents, which a difference does not have"
-        raise ChoiceError(words, side.study.name)
+        message = "start and stop are for exponents, which a difference does not have"
+        raise ChoiceError(message, side.study.name)
     other = read_side(b, results)
     if profile:
         differences = [profile_difference(side, other, name) for name in profile]

@@ -69,7 +69,7 @@ def _rows(profile: MeanProfile) -> pd.DataFrame:
 
 def _derived(profile: MeanProfile) -> list[dict[str, Any]]:
     """Return a row for the exponent and the zero of a profile, if it has them."""
-    known: Mapping[str, Interval | None] = {
+    quantities: Mapping[str, Interval | None] = {
         "exponent": profile.exponent,
         ZEROS.get(profile.axis, "zero"): profile.zero,
     }
@@ -83,7 +83,7 @@ def _derived(profile: MeanProfile) -> list[dict[str, Any]]:
             "high": interval.high,
             "trials": interval.n,
         }
-        for name, interval in known.items()
+        for name, interval in quantities.items()
         if interval is not None
     ]
 

@@ -238,7 +238,7 @@ def _equal(plan: pd.DataFrame, values: dict[str, object]) -> NDArray[np.bool_]:
 
 
 def _numbered(
-    plan: pd.DataFrame, names: Sequence[str], chosen: NDArray[np.bool_] | None = None
+    plan: pd.DataFrame, columns: Sequence[str], chosen: NDArray[np.bool_] | None = None
 ) -> tuple[NDArray[np.intp], pd.DataFrame]:
     """Return the number of the combination of some columns, and the combinations.
 
@@ -248,12 +248,12 @@ def _numbered(
     part = plan if chosen is None else plan[chosen]
     numbers = np.full(len(plan), -1, np.intp)
     places = np.arange(len(plan)) if chosen is None else np.flatnonzero(chosen)
-    if not names:
+    if not columns:
         numbers[places] = 0
         return numbers, pd.DataFrame(index=[0])
-    groups = part.groupby([*names], sort=False)
+    groups = part.groupby([*columns], sort=False)
     numbers[places] = groups.ngroup().to_numpy()
-    return numbers, part[[*names]].drop_duplicates().reset_index(drop=True)
+    return numbers, part[[*columns]].drop_duplicates().reset_index(drop=True)
 
 
 def reality_gap(
@@ -391,7 +391,7 @@ class _Judge:
         """Return the Sobol indices of the realities with a score."""
         table = self.scores.drawn[number]
         rows = self.scores.realities(number)
-        known = np.isfinite(rows)
+        finite = np.isfinite(rows)
         # Common random numbers change all realities of a replicate alike, also those
         # without a value in another replicate.
         alike = known_means(table - rows[:, None], 0)
@@ -399,9 +399,9 @@ class _Judge:
         rows = known_means(table, 1)
         noise = _noise(table - rows[:, None])
         return sobol_indices(
-            self.scores.imperfections[known],
-            rows[known],
-            None if noise is None else noise[known],
+            self.scores.imperfections[finite],
+            rows[finite],
+            None if noise is None else noise[finite],
             self.confidence,
         )
 
@@ -468,8 +468,8 @@ class _Judge:
 
 
 def _mean(values: Floats) -> float:
-    known = values[np.isfinite(values)]
-    return float(known.mean()) if len(known) else np.nan
+    finite = values[np.isfinite(values)]
+    return float(finite.mean()) if len(finite) else np.nan
 
 
 def _noise(rest: Floats) -> Floats | None:
@@ -478,12 +478,12 @@ def _noise(rest: Floats) -> Floats | None:
     A row with a single value has the pooled variance of the other rows. None if no row
     has two values. `rest` is (N, R), without the common part of each replicate.
     """
-    known = np.isfinite(rest)
-    count = known.sum(axis=1)
+    finite = np.isfinite(rest)
+    count = finite.sum(axis=1)
     several = count > 1
     if not several.any():
         return None
-    squares = (np.where(known, rest, 0.0) ** 2).sum(axis=1)
+    squares = (np.where(finite, rest, 0.0) ** 2).sum(axis=1)
     pooled = squares[several].sum() / (count[several] - 1).sum()
     variances = np.where(several, squares / np.maximum(count - 1, 1), pooled)
     errors: Floats = variances / np.maximum(count, 1)

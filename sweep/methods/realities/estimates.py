@@ -26,16 +26,16 @@ TENTH = 0.1
 
 def known_means(table: Floats, axis: int) -> Floats:
     """Return means of finite values along an axis; NaN without finite values."""
-    known = np.isfinite(table)
-    count = known.sum(axis=axis)
-    total = np.where(known, table, 0.0).sum(axis=axis)
+    finite = np.isfinite(table)
+    count = finite.sum(axis=axis)
+    total = np.where(finite, table, 0.0).sum(axis=axis)
     return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
 
 def varies(values: Floats) -> bool:
     """Return whether the finite values differ by more than a rounding error."""
-    known = values[np.isfinite(values)]
-    return len(known) > 0 and not equal(known.min(), known.max())
+    finite = values[np.isfinite(values)]
+    return len(finite) > 0 and not equal(finite.min(), finite.max())
 
 
 def fewer_known(rows: Floats, columns: Floats) -> Floats:
@@ -133,15 +133,15 @@ def crossed_estimate(
     """
     from scipy.stats import t
 
-    known = table[:, np.isfinite(table).any(axis=0)]
-    r = known.shape[1]
-    rows = known_means(known, 1)
+    measured = table[:, np.isfinite(table).any(axis=0)]
+    r = measured.shape[1]
+    rows = known_means(measured, 1)
     value, low, high, n = estimate(rows[np.isfinite(rows)], confidence)
     if r < 2:
         return Interval(value, math.nan, math.nan, n)
     without = list[float]()
     for column in range(r):
-        rows = known_means(np.delete(known, column, axis=1), 1)
+        rows = known_means(np.delete(measured, column, axis=1), 1)
         without.append(estimate(rows[np.isfinite(rows)], confidence).value)
     error = (r - 1) * float(np.std(without, ddof=1)) / math.sqrt(r)
     half = float(t.ppf(0.5 + confidence / 2, r - 1)) * error

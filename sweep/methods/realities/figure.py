@@ -80,8 +80,8 @@ def draw_gap(gap: RealityGap) -> Figure:
         scores, parts = figure.subplots(1, 2, width_ratios=(3, 2), sharey=True)
         _scores(scores, gap)
         _imperfections(parts, gap)
-        names = [each.controller for each in gap.controllers]
-        name_rows(scores, names)
+        controllers = [each.controller for each in gap.controllers]
+        name_rows(scores, controllers)
         scores.tick_params(axis="y", labelsize=7)
         scores.set_xlabel(quantity(gap.study, gap.metric))
         parts.set_xlabel("total Sobol index")
@@ -122,14 +122,14 @@ def _scores(axes: Axes, gap: RealityGap) -> None:
 
 
 def _imperfections(axes: Axes, gap: RealityGap) -> None:
-    names = [str(name) for name in gap.scores.imperfections]
-    step = 2 * BAND / len(names)
-    for place, name in enumerate(names):
+    imperfections = [str(name) for name in gap.scores.imperfections]
+    step = 2 * BAND / len(imperfections)
+    for place, name in enumerate(imperfections):
         table = pd.DataFrame(
             [each.indices.table.iloc[place] for each in gap.controllers]
         )
         ends = (table["total"], table["total_low"], table["total_high"])
-        heights = np.arange(len(table)) + step * (place - (len(names) - 1) / 2)
+        heights = np.arange(len(table)) + step * (place - (len(imperfections) - 1) / 2)
         colour = COLOURS[place % len(COLOURS)]
         draw_values(axes, heights, ends, colour, label=words(name))
     if any(each.indices.reason for each in gap.controllers):

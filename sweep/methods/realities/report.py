@@ -216,11 +216,11 @@ def _interval_facts(interval: Interval) -> dict[str, Any]:
 
 
 def _controller_facts(gap: ControllerGap) -> dict[str, Any]:
-    names = ("design", "realities", "drop", "worst_tenth")
+    intervals = ("design", "realities", "drop", "worst_tenth")
     (quality,) = json_rows(pd.DataFrame([{"predicted": gap.indices.predicted}]))
     return {
         "controller": gap.controller,
-        **{name: _interval_facts(getattr(gap, name)) for name in names},
+        **{name: _interval_facts(getattr(gap, name)) for name in intervals},
         "verdict": gap.verdict,
         "indices": json_rows(gap.indices.table),
         "degree": gap.indices.degree,
@@ -231,10 +231,10 @@ def _controller_facts(gap: ControllerGap) -> dict[str, Any]:
 
 
 def _pair_facts(pair: RankChange) -> dict[str, Any]:
-    names = ("design", "realities", "change")
+    intervals = ("design", "realities", "change")
     return {
         "leader": pair.leader,
         "other": pair.other,
-        **{name: _interval_facts(getattr(pair, name)) for name in names},
+        **{name: _interval_facts(getattr(pair, name)) for name in intervals},
         "verdict": pair.verdict,
     }

@@ -153,9 +153,9 @@ def check_record(record: dict[str, Any], plan: Mapping[str, Any]) -> None:
     axis = plan.get("axes", {}).get(KEY.name)
     if axis is None:
         raise ValueError(f'the plan has no axis "{KEY.name}"')
-    names = [*record["design"]]
-    check_names("imperfection", names, axis["fields"])
-    if len(names) < len(axis["fields"]):
+    imperfections = [*record["design"]]
+    check_names("imperfection", imperfections, axis["fields"])
+    if len(imperfections) < len(axis["fields"]):
         raise ValueError("an imperfection has no value in the design world")
     repeated = record.get("repeated", 0)
     if not isinstance(repeated, int) or repeated < 0:

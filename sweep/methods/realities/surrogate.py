@@ -115,14 +115,14 @@ def sobol_indices(
     names = [str(name) for name in parameters]
     n = len(values)
     spread = float(np.ptp(values)) if n else 0.0
-    known = noise if noise is not None else np.zeros(n)
+    variances = noise if noise is not None else np.zeros(n)
     unknown = partial(_unknown, names, without_noise=noise is not None)
     if n < FEWEST_DRAWS:
         return unknown(FEW_DRAWS)
     if spread <= ROUNDING * float(np.abs(values).max(initial=0.0)):
         return unknown(CONSTANT)
     centred = (values - values.mean()) / spread
-    variance = _variances(centred, known / spread**2)
+    variance = _variances(centred, variances / spread**2)
     fit = _best_fit(parameters, centred)
     if isinstance(fit, str):
         return unknown(fit)

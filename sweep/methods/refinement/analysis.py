@@ -74,8 +74,8 @@ class Boundary(NamedTuple):
     @property
     def settings(self) -> list[str]:
         """The parameters by which groups differ."""
-        names = list(self.points.columns)
-        return names[1 : names.index(next(iter(self.rule.scales)))]
+        columns = list(self.points.columns)
+        return columns[1 : columns.index(next(iter(self.rule.scales)))]
 
     @property
     def crossed(self) -> frozenset[int]:
@@ -90,8 +90,8 @@ class Boundary(NamedTuple):
         """The crossings of one axis, or the cells at the boundary or unresolved."""
         if self.crossings is not None:
             return self.crossings.drop(columns="group")
-        known = self.cells["state"].isin(["above", "below"])
-        return self.cells[~known].drop(columns="group").reset_index(drop=True)
+        decided = self.cells["state"].isin(["above", "below"])
+        return self.cells[~decided].drop(columns="group").reset_index(drop=True)
 
 
 def find_boundary(study: StoredStudy) -> Boundary:

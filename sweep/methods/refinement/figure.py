@@ -110,8 +110,8 @@ def phase_layout(study: StoredStudy) -> Phase:
 def draw_phase(layout: Phase) -> Figure:
     """Draw the figure of a layout."""
     study, boundary, groups = layout
-    names = list(boundary.rule.scales)
-    panel = _curve if len(names) == 1 else _cells
+    settings = list(boundary.rule.scales)
+    panel = _curve if len(settings) == 1 else _cells
     with style.context(STYLE):
         across = min(MOST_ACROSS, len(groups))
         down = -(-len(groups) // across)
@@ -120,15 +120,15 @@ def draw_phase(layout: Phase) -> Figure:
         for axes, (group, title) in zip(grid.flat, groups.items(), strict=False):
             panel(axes, layout, group)
             title_panel(axes, [title], across)
-            _scaled(axes, boundary.rule.scales[names[0]], "x")
-            if len(names) > 1:
-                _scaled(axes, boundary.rule.scales[names[1]], "y")
+            _scaled(axes, boundary.rule.scales[settings[0]], "x")
+            if len(settings) > 1:
+                _scaled(axes, boundary.rule.scales[settings[1]], "y")
         for axes in grid.flat[len(groups) :]:
             axes.set_axis_off()
         metric = quantity(study, boundary.rule.metric)
-        up = quantity(study, names[1]) if len(names) > 1 else f"mean {metric}"
+        up = quantity(study, settings[1]) if len(settings) > 1 else f"mean {metric}"
         for axes in grid[-1]:
-            axes.set_xlabel(quantity(study, names[0]))
+            axes.set_xlabel(quantity(study, settings[0]))
         for axes in grid[:, 0]:
             axes.set_ylabel(up)
         legend_of(figure, *_legend(layout, metric))

@@ -108,8 +108,8 @@ def _sides(points: pd.DataFrame) -> str:
     if len(counts) == 1 and UNKNOWN not in counts:
         return f"all {len(points):,} points are {WORDS[counts.index[0]]}"
     return ", ".join(
-        f"{so_many(int(counts[side]), 'point')} {words}"
-        for side, words in WORDS.items()
+        f"{so_many(int(counts[side]), 'point')} {phrase}"
+        for side, phrase in WORDS.items()
         if side in counts
     )
 

@@ -455,8 +455,8 @@ def look(
     from sweep.analysis import group_bounds
 
     array = np.asarray(values, np.float64)
-    known = pd.Series(np.where(np.isfinite(array), array, np.nan))
-    groups: Any = known.groupby(np.repeat(np.arange(len(trials)), trials))
+    finite = pd.Series(np.where(np.isfinite(array), array, np.nan))
+    groups: Any = finite.groupby(np.repeat(np.arange(len(trials)), trials))
     count: Counts = groups.count().to_numpy(np.int64)
     mean: Floats = groups.mean().to_numpy(np.float64)
     low, high = group_bounds(groups, rule.nominal, distribution)
@@ -704,8 +704,8 @@ def _estimate(
     """
     values = np.array([scale.at(place) for place in at])
     x = np.log(values) if scale.geometric else values
-    known = np.isfinite(means)
-    slope, offset = np.polyfit(x[known] - x[0], means[known] - rule.level, 1)
+    finite = np.isfinite(means)
+    slope, offset = np.polyfit(x[finite] - x[0], means[finite] - rule.level, 1)
     crossing = x[0] - offset / slope if slope else x.mean()
     crossing = min(max(crossing, x[0]), x[-1])
     return float(np.exp(crossing) if scale.geometric else crossing)

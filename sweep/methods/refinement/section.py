@@ -197,7 +197,7 @@ def _check_metric(
     entry: Entry, values: Mapping[str, Any], context: SpecContext
 ) -> None:
     column = values["metric"]
-    metrics = context.known.known.metrics
+    metrics = context.metrics.catalogue.metrics
     check_recorded(entry.child("metric"), column, context.recorded, metrics)
     name = Column.read(column).metric
     if name not in metrics or values.get("at", STEEPEST) == STEEPEST:
@@ -240,9 +240,9 @@ def _axis(entry: Entry, context: SpecContext) -> Axis:
     """Return the axis that an entry names. SpecError if it cannot be refined."""
     name = entry.text()
     axes = context.axes or ()
-    names = list(dict.fromkeys(axis.name for axis in axes))
-    if name not in names:
-        raise entry.error(unknown("axis", name, names))
+    settings = list(dict.fromkeys(axis.name for axis in axes))
+    if name not in settings:
+        raise entry.error(unknown("axis", name, settings))
     axis = next(axis for axis in axes if axis.name == name)
     if len({other.design for other in axes}) > 1:
         raise entry.error("a study that unites several designs cannot be refined")

@@ -114,11 +114,11 @@ def peaks(
     """
     (scale,) = rule.scales.values()
     order = sorted(range(len(places)), key=places.__getitem__)
-    known = [point for point in order if observed.values[point] > 1]
-    groups = dict.fromkeys(places[point][0] for point in known)
+    replicated = [point for point in order if observed.values[point] > 1]
+    groups = dict.fromkeys(places[point][0] for point in replicated)
     of_groups = []
     for group in groups:
-        in_group = [point for point in known if places[point][0] == group]
+        in_group = [point for point in replicated if places[point][0] == group]
         if len(in_group) > 1:
             at = [places[point][1] for point in in_group]
             rows = np.array(in_group, np.int64)

@@ -105,14 +105,14 @@ class _Grid:
         self.settings = settings
         self.groups = list(dict.fromkeys(row[:end] for row in rows))
         numbers = {group: number for number, group in enumerate(self.groups)}
-        known: list[dict[Value, int]] = [
+        place_of: list[dict[Value, int]] = [
             {value: place * scale.step for place, value in enumerate(scale.values)}
             for scale in rule.scales.values()
         ]
         self.first = sorted(
             (
                 numbers[row[:end]],
-                *(of[value] for of, value in zip(known, row[end:], strict=True)),
+                *(of[value] for of, value in zip(place_of, row[end:], strict=True)),
             )
             for row in rows
         )
@@ -151,13 +151,13 @@ class _Grid:
         return Axis("points", columns, place=("refine",))
 
 
-def _rows(design: Design, names: Sequence[str]) -> list[tuple[Value, ...]]:
+def _rows(design: Design, settings: Sequence[str]) -> list[tuple[Value, ...]]:
     """Return the values of parameters at each point, as plain Python values."""
     count = design.n_points
     columns = [
         design.columns[name].tolist()
         if name in design.columns
         else [design.base[name]] * count
-        for name in names
+        for name in settings
     ]
     return list(zip(*columns, strict=True))

@@ -52,31 +52,31 @@ def resilience_rows(
     """
     if not 0.0 < within < 1.0:
         raise ChoiceError(f"within must be between 0 and 1, not {within}", study.name)
-    names = list(as_names(metrics)) or study.series_metrics
-    for name in names:
+    chosen = list(as_names(metrics)) or study.series_metrics
+    for name in chosen:
         if name not in study.series_metrics:
-            words = unknown("recorded series", name, study.series_metrics)
-            raise ChoiceError(words, study.name)
-    if not names:
-        words = "no series is recorded; add record: {series: [...]} to the spec"
-        raise ChoiceError(words, study.name)
+            reason = unknown("recorded series", name, study.series_metrics)
+            raise ChoiceError(reason, study.name)
+    if not chosen:
+        reason = "no series is recorded; add record: {series: [...]} to the spec"
+        raise ChoiceError(reason, study.name)
     trials = study.trials[study.trials["status"] == "done"]
     fail = trials[SHARE].to_numpy(np.float64) > 0.0
     if fail.all() or not fail.any():
-        words = "no boid fails" if not fail.any() else "some boids fail"
+        reason = "no boid fails" if not fail.any() else "some boids fail"
         raise ChoiceError(
-            f"at all points {words}; vary {SHARE}, for example"
+            f"at all points {reason}; vary {SHARE}, for example"
             f" sweep: {{{SHARE}: [0, 0.2]}}",
             study.name,
         )
-    return _rows(study, trials[fail], trials[~fail], names, within=within)
+    return _rows(study, trials[fail], trials[~fail], chosen, within=within)
 
 
 def _rows(
     study: StoredStudy,
     failing: pd.DataFrame,
     intact: pd.DataFrame,
-    names: list[str],
+    metrics: list[str],
     *,
     within: float,
 ) -> pd.DataFrame:
@@ -88,7 +88,7 @@ def _rows(
     series = dict(iter(study.series.groupby("trial_id")))
     rows = []
     for key, group in failing.groupby(varied, sort=False):
-        for name in names:
+        for name in metrics:
             pairs = [
                 _pair(
                     series[trial["trial_id"]],

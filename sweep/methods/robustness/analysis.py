@@ -154,18 +154,20 @@ def check_conclusions(
         raise ChoiceError(
             f"confidence: {confidence:g}; allowed: from 0.5 to below 1, such as 0.95"
         )
-    names = as_names(metrics) or study.metrics
-    for name in names:
+    chosen = as_names(metrics) or study.metrics
+    for name in chosen:
         study.check_metric(name)
-    words = {record["name"]: record["words"] for record in recorded}
-    variants = {name: _variant(study, name, text) for name, text in words.items()}
+    descriptions = {record["name"]: record["words"] for record in recorded}
+    variants = {
+        name: _variant(study, name, text) for name, text in descriptions.items()
+    }
     bits = {
         name: compared
         for name, variant in variants.items()
         if (compared := _bits(study, variant))
     }
     pairs = _pairs(study)
-    columns = [str(Column(name, half)) for name in names]
+    columns = [str(Column(name, half)) for name in chosen]
     judged = _judged(study, variants, bits, columns, pairs=pairs, confidence=confidence)
     rows = _repeated(_rows(study, columns, pairs), len(variants) + 1)
     rows = pd.concat([rows, judged], axis="columns")
@@ -173,7 +175,7 @@ def check_conclusions(
     missing = {stored.name: stored.missing for stored in (study, *variants.values())}
     return Validity(
         study=study,
-        variants=words,
+        variants=descriptions,
         confidence=confidence,
         settings=_axis_settings(study),
         rows=rows,
@@ -182,19 +184,19 @@ def check_conclusions(
     )
 
 
-def _variant(study: StoredStudy, name: str, words: str) -> StoredStudy:
+def _variant(study: StoredStudy, name: str, description: str) -> StoredStudy:
     """Return a stored variant. StoreError if not stored, or without trials."""
     try:
         variant = StoredStudy(f"{study.name}/{name}", study.store.results)
     except StoreError as error:
         raise StoreError(
-            f"the variant with {words} is not stored: {error.reason}; launch the study"
-            " again",
+            f"the variant with {description} is not stored: {error.reason};"
+            " launch the study again",
             study.name,
         ) from None
     if variant.trials.empty:
         raise StoreError(
-            f"no trial is stored with {words}; launch the study again", study.name
+            f"no trial is stored with {description}; launch the study again", study.name
         )
     return variant
 
@@ -318,10 +320,12 @@ def _judged(
     table = judge(family, Inference(confidence, "bonferroni"))[list(ESTIMATED)]
     conclusions = len(columns) * len(pairs.points)
     first = {name: number * conclusions for number, name in enumerate(judged)}
-    names = [AS_IT_IS, *variants]
-    order = [first.get(name, 0) + row for row in range(conclusions) for name in names]
+    versions = [AS_IT_IS, *variants]
+    order = [
+        first.get(name, 0) + row for row in range(conclusions) for name in versions
+    ]
     table = table.iloc[order].reset_index(drop=True)
-    table.insert(0, "variant", names * conclusions)
+    table.insert(0, "variant", versions * conclusions)
     return table
 
 

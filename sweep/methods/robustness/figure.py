@@ -156,10 +156,10 @@ def draw_validity(layout: Conclusions) -> Figure:
 
 def _rows(axes: Axes, validity: Validity, per_row: int) -> None:
     """Draw the differences, variant by variant."""
-    words = [AS_IT_IS, *validity.variants.values()]
+    descriptions = [AS_IT_IS, *validity.variants.values()]
     shown = validity.rows[validity.rows["outcome"] != UNJUDGED]
     for number, (name, label) in enumerate(
-        zip([AS_IT_IS, *validity.variants], words, strict=True)
+        zip([AS_IT_IS, *validity.variants], descriptions, strict=True)
     ):
         table = shown[shown["variant"] == name]
         if table.empty:

@@ -41,10 +41,10 @@ def _facts(validity: Validity) -> dict[str, Any]:
     variants = [
         {
             "name": name,
-            "words": words,
+            "words": description,
             "same_bits": validity.bits[name].same if name in validity.bits else None,
         }
-        for name, words in validity.variants.items()
+        for name, description in validity.variants.items()
     ]
     return {
         "study": validity.study.name,

@@ -45,16 +45,18 @@ class UncutError(ValueError):
 def named_variants(study: Study, section: Validate) -> dict[str, str]:
     """Return the difference of each variant in words, by name."""
     step = time_step(study.settings)
-    words = {name: f"{step} 1/{parts}" for name, parts in _shorter(section).items()}
+    descriptions = {
+        name: f"{step} 1/{parts}" for name, parts in _shorter(section).items()
+    }
     if section.search:
-        words[WITHOUT_GRID] = "all pairs"
+        descriptions[WITHOUT_GRID] = "all pairs"
     orders = _other_orders(study, section).items()
-    return words | {name: f"{order} updates" for name, order in orders}
+    return descriptions | {name: f"{order} updates" for name, order in orders}
 
 
 def study_variants(study: Study, section: Validate) -> list[StudyVariant]:
     """Return the variants of a study. One SpecError reports all impossible variants."""
-    words = named_variants(study, section)
+    descriptions = named_variants(study, section)
     specs = list[tuple[str, str, dict[str, Any]]]()
     mistakes = Mistakes()
     with mistakes.noted():
@@ -68,7 +70,7 @@ def study_variants(study: Study, section: Validate) -> list[StudyVariant]:
             specs.append((name, "update", _updated(study, _named(study, name), order)))
     mistakes.check()
     return [
-        StudyVariant(name, words[name], (KEY.name, key), spec)
+        StudyVariant(name, descriptions[name], (KEY.name, key), spec)
         for name, key, spec in specs
     ]
 
@@ -118,8 +120,8 @@ def record_of(study: Study, section: Validate) -> list[dict[str, Any]]:
     a different meaning in the variant.
     """
     return [
-        {"name": name, "words": words, "unjudged": unjudged(study, section, name)}
-        for name, words in named_variants(study, section).items()
+        {"name": name, "words": description, "unjudged": unjudged(study, section, name)}
+        for name, description in named_variants(study, section).items()
     ]
 
 
@@ -156,9 +158,9 @@ def unjudged(study: Study, section: Validate, variant: str) -> list[str]:
     """
     if variant not in _shorter(section):
         return []
-    known = study.known.metrics
+    declared = study.catalogue.metrics
     changed = {*changed_by_steps(study)}
-    metrics = [name for name in study.record.metrics if known[name].per_step]
+    metrics = [name for name in study.record.metrics if declared[name].per_step]
     for derived in study.record.derive:
         if derived.expression.names & {*metrics, *changed}:
             metrics.append(derived.name)

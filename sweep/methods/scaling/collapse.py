@@ -95,10 +95,10 @@ def draw_collapse(study: StoredStudy, scaling: Scaling) -> Figure:
 def _note(study: StoredStudy, scaling: Scaling) -> str:
     collapse = scaling.collapse
     values = (collapse.place, collapse.inverse_nu, collapse.beta_nu)
-    names = (f"critical {scaling.control}", "1/nu", "beta/nu")
+    labels = (f"critical {scaling.control}", "1/nu", "beta/nu")
     estimates = [
         f"{name} = {with_interval(*value)}"
-        for name, value in zip(names, values, strict=True)
+        for name, value in zip(labels, values, strict=True)
     ]
     text = (
         f"{LENGTHS[scaling.length]}; {', '.join(estimates)};"

@@ -153,8 +153,8 @@ def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
 
 def chosen(study: StoredStudy, choices: Choices) -> Scaling:
     """Return the analysis for choices: the metric, and `x` as control parameter."""
-    names = [name.rstrip("+-") for name in choices.metrics]
-    return finite_size_scaling(study, names[0] if names else None, choices.x)
+    metrics = [name.rstrip("+-") for name in choices.metrics]
+    return finite_size_scaling(study, metrics[0] if metrics else None, choices.x)
 
 
 KIND = FigureKind(

@@ -128,11 +128,11 @@ def _collapse(scaling: Scaling) -> Iterator[str]:
     if collapse.why:
         yield f"no collapse: {collapse.why}"
         return
-    names = (f"critical {scaling.control}", "1/nu", "beta/nu")
+    labels = (f"critical {scaling.control}", "1/nu", "beta/nu")
     values = (collapse.place, collapse.inverse_nu, collapse.beta_nu)
     estimates = [
         f"{name} {with_interval(*value)}"
-        for name, value in zip(names, values, strict=True)
+        for name, value in zip(labels, values, strict=True)
     ]
     yield f"collapse: {', '.join(estimates)}; quality S = {collapse.quality:.2g}"
     if collapse.quality > 2.0:

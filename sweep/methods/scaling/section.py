@@ -126,7 +126,7 @@ def _check(root: Entry, section: Sizes, context: SpecContext) -> None:
     if section.keep != "density":
         return
     for name in _maps_used(context):
-        drawn = context.maps.get(name) or context.known.known.maps[name]
+        drawn = context.maps.get(name) or context.metrics.catalogue.maps[name]
         if drawn.size:
             raise root.child(KEY.name).error(
                 f'the map "{name}" has a fixed width and height, which cannot grow with'

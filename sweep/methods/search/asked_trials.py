@@ -144,12 +144,12 @@ def read_asked(study: StoredStudy) -> AskedTrials:
     _check_known(study.store.folder / PLAN, description)
     metrics = columns_of(study.metrics)
     stored = study.read("trials", search_table["trial_id"].combine_chunks()).to_pandas()
-    known = stored.reindex(columns=["trial_id", "status", *metrics])
+    values = stored.reindex(columns=["trial_id", "status", *metrics])
     planned = study.plan.select(["trial_id", *description["parameters"]]).to_pandas()
     table = (
         search_table.to_pandas()
         .merge(planned, on="trial_id", how="left")
-        .merge(known, on="trial_id", how="left")
+        .merge(values, on="trial_id", how="left")
     )
     return AskedTrials(
         table.assign(status=table["status"].fillna("missing")),

@@ -108,8 +108,10 @@ def _probes(study: Study) -> Sequence[dict[str, Value]]:
     columns = [
         _drawn(study, parameter, rng) for parameter in section_of(study).parameters
     ]
-    names = [parameter.name for parameter in section_of(study).parameters]
-    return [dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)]
+    parameters = [parameter.name for parameter in section_of(study).parameters]
+    return [
+        dict(zip(parameters, row, strict=True)) for row in zip(*columns, strict=True)
+    ]
 
 
 def _drawn(study: Study, parameter: Parameter, rng: np.random.Generator) -> list[Value]:

@@ -236,8 +236,8 @@ def _trial(
     """Return one trial; `estimates` has the objectives after each block."""
     from optuna.trial import TrialState, create_trial
 
-    known = bool(estimates) and bool(np.isfinite(estimates[-1]).all())
-    if attributes["status"] == FAILED or not known:
+    finite = bool(estimates) and bool(np.isfinite(estimates[-1]).all())
+    if attributes["status"] == FAILED or not finite:
         return create_trial(
             state=TrialState.FAIL,
             params=settings,

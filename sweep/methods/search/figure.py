@@ -176,7 +176,7 @@ def _front_panel(
     line: bool,
 ) -> None:
     table = candidates(asked_trials)
-    names = [objective.column for objective in pair]
+    metrics = [objective.column for objective in pair]
     for chosen, marker, colour, label in (
         (table["feasible"], "o", "0.6", "candidates"),
         (~table["feasible"], "x", ORANGE, "not feasible"),
@@ -184,50 +184,54 @@ def _front_panel(
         if chosen.any():
             part = table[chosen]
             axes.plot(
-                part[names[0]],
-                part[names[1]],
+                part[metrics[0]],
+                part[metrics[1]],
                 marker,
                 color=colour,
                 markersize=2.5,
                 alpha=0.6,
                 label=label,
             )
-    judged = wide(winners(asked_trials), "candidate", names)
-    _crosses(axes, judged, names, (BLUE, "o", "chosen, held out"))
+    judged = wide(winners(asked_trials), "candidate", metrics)
+    _crosses(axes, judged, metrics, (BLUE, "o", "chosen, held out"))
     if line and len(judged):
         best = best_of(judged, pair)
         where = "steps-pre" if pair[0].maximize else "steps-post"
         axes.plot(
-            best[names[0]], best[names[1]], drawstyle=where, color=BLUE, linewidth=0.9
+            best[metrics[0]],
+            best[metrics[1]],
+            drawstyle=where,
+            color=BLUE,
+            linewidth=0.9,
         )
     members = front(asked_trials)
     knee = judged.loc[judged.index.isin(members.loc[members["knee"], "candidate"])]
     if len(knee):
         (ring,) = axes.plot(
-            knee[names[0]], knee[names[1]], "o", color=VERMILION, label="knee"
+            knee[metrics[0]], knee[metrics[1]], "o", color=VERMILION, label="knee"
         )
         ring.set(markersize=10, markerfacecolor="none")
     for place, (name, row) in enumerate(
-        wide(references(asked_trials), "reference", names).iterrows()
+        wide(references(asked_trials), "reference", metrics).iterrows()
     ):
         _crosses(
             axes,
             row.to_frame().T,
-            names,
+            metrics,
             (GREEN, MARKERS[place % len(MARKERS)], f"{name}, held out"),
         )
 
 
 def _crosses(
-    axes: Axes, table: pd.DataFrame, names: Sequence[str], look: tuple[str, str, str]
+    axes: Axes, table: pd.DataFrame, metrics: Sequence[str], look: tuple[str, str, str]
 ) -> None:
     """Draw points with confidence intervals in x and y."""
     colour, marker, label = look
     x, x_low, x_high = (
-        table[names[0] + end].to_numpy(np.float64) for end in ("", "_low", "_high")
+        table[metrics[0] + end].to_numpy(np.float64) for end in ("", "_low", "_high")
     )
     y, y_low, y_high = (
-        table[names[1] + end].to_numpy(np.float64) for end in ("", "_low", "_high")
+        table[metrics[1] + end].to_numpy(np.float64) for end in ("", "_low", "_high")
     )
     if np.isnan(x + y).all():
         return

@@ -74,11 +74,11 @@ def edge_of(values: Floats, objective: Objective, held_out: Floats) -> float:
     float
         NaN without finite values.
     """
-    known = values[np.isfinite(values)]
+    finite = values[np.isfinite(values)]
     bounds = held_out[np.isfinite(held_out)]
-    if not len(known):
+    if not len(finite):
         return np.nan
-    edge = np.quantile(known, 1.0 - SHOWN if objective.maximize else SHOWN)
+    edge = np.quantile(finite, 1.0 - SHOWN if objective.maximize else SHOWN)
     return float(
         np.min([edge, *bounds]) if objective.maximize else np.max([edge, *bounds])
     )
@@ -204,10 +204,10 @@ def best_of(judged: pd.DataFrame, pair: Sequence[Objective]) -> pd.DataFrame:
 
     The rows are in ascending order of the first objective.
     """
-    names = [objective.column for objective in pair]
+    metrics = [objective.column for objective in pair]
     maximize = [objective.maximize for objective in pair]
-    front = nondominated(judged[names].to_numpy(np.float64), maximize)
-    return judged[front].sort_values(names[0])
+    front = nondominated(judged[metrics].to_numpy(np.float64), maximize)
+    return judged[front].sort_values(metrics[0])
 
 
 def front_note(study: StoredStudy, asked_trials: AskedTrials) -> str:

@@ -57,7 +57,7 @@ def history_marks(study: StoredStudy) -> FigureMarks:
     behind = PointsBehind(study, asked_trials)
     groups = list(groups_of(candidates(asked_trials)))
     label, _ = judged_of(asked_trials, objectives(asked_trials)[0])
-    names = [label, *_reference_names(asked_trials)]
+    labels = [label, *_reference_names(asked_trials)]
     panels = [
         _history_panel(study, asked_trials, objective, behind)
         for objective in objectives(asked_trials)
@@ -68,8 +68,8 @@ def history_marks(study: StoredStudy) -> FigureMarks:
         panels,
         history_note(study, asked_trials),
         by="candidates",
-        values=(*groups, *names),
-        colours=_colours(OF_CANDIDATES, names),
+        values=(*groups, *labels),
+        colours=_colours(OF_CANDIDATES, labels),
     )
 
 
@@ -80,7 +80,7 @@ def front_marks(study: StoredStudy) -> FigureMarks:
     """
     asked_trials = read_asked(study)
     behind = PointsBehind(study, asked_trials)
-    names = ["chosen, held out", *_reference_names(asked_trials)]
+    labels = ["chosen, held out", *_reference_names(asked_trials)]
     pairs = list(combinations(objectives(asked_trials), 2))
     panels = [
         _front_panel(study, asked_trials, pair, behind, line=len(pairs) == 1)
@@ -92,8 +92,8 @@ def front_marks(study: StoredStudy) -> FigureMarks:
         panels,
         front_note(study, asked_trials),
         by="candidates; the knee has a ring" if _knee(asked_trials) else "candidates",
-        values=("feasible", "not feasible", *names),
-        colours=_colours((GREY, ORANGE), names),
+        values=("feasible", "not feasible", *labels),
+        colours=_colours((GREY, ORANGE), labels),
     )
 
 
@@ -101,10 +101,10 @@ def _reference_names(asked_trials: AskedTrials) -> list[str]:
     return [f"{name}, held out" for name in asked_trials.description["references"]]
 
 
-def _colours(first: Sequence[str], names: Sequence[str]) -> tuple[str, ...]:
+def _colours(first: Sequence[str], labels: Sequence[str]) -> tuple[str, ...]:
     """Return colours for a legend; names beyond the last colour share it."""
     held_out = [
-        OF_JUDGED[min(place, len(OF_JUDGED) - 1)] for place, _ in enumerate(names)
+        OF_JUDGED[min(place, len(OF_JUDGED) - 1)] for place, _ in enumerate(labels)
     ]
     return (*first, *held_out)
 
@@ -147,12 +147,12 @@ def _history_panel(
         ),
     ]
     edge = edge_of_history(asked_trials, objective)
-    known = None if np.isnan(edge) else float(edge)
+    limit = None if np.isnan(edge) else float(edge)
     axis = MarkedAxis(
         objective.column,
         label_of(study, objective).replace("\n", ", "),
-        low=known if objective.maximize else None,
-        high=None if objective.maximize else known,
+        low=limit if objective.maximize else None,
+        high=None if objective.maximize else limit,
     )
     alone = len(objectives(asked_trials)) == 1
     return MarkedPanel(
@@ -175,26 +175,26 @@ def _front_panel(
     line: bool,
 ) -> MarkedPanel:
     table = candidates(asked_trials)
-    names = [objective.column for objective in pair]
+    metrics = [objective.column for objective in pair]
     proposed = pd.DataFrame(
         {
-            "x": table[names[0]],
-            "y": table[names[1]],
+            "x": table[metrics[0]],
+            "y": table[metrics[1]],
             "n": table["trials"],
             "colour": np.where(table["feasible"], 0, 1),
             "point": behind.ids(SEARCH, SEARCH, table["candidate"].tolist()),
         }
     )
-    judged = wide(winners(asked_trials), "candidate", names)
+    judged = wide(winners(asked_trials), "candidate", metrics)
     number = len(asked_trials.description["references"])
     parts = [
         proposed,
-        _two_ways(asked_trials, winners(asked_trials), names).assign(
+        _two_ways(asked_trials, winners(asked_trials), metrics).assign(
             colour=2,
             best=judged.index.isin(_knee(asked_trials)),
             point=behind.ids(SEARCH, HELD_OUT, judged.index.tolist()),
         ),
-        _two_ways(asked_trials, references(asked_trials), names).assign(
+        _two_ways(asked_trials, references(asked_trials), metrics).assign(
             colour=3 + np.arange(number),
             point=behind.ids(REFERENCES, HELD_OUT, [*range(number)]),
         ),
@@ -203,12 +203,12 @@ def _front_panel(
     if line and len(judged):
         best = best_of(judged, pair)
         late = not pair[0].maximize
-        stairs = _stairs(best[names[0]], best[names[1]], "not dominated", late=late)
+        stairs = _stairs(best[metrics[0]], best[metrics[1]], "not dominated", late=late)
     x, y = (label_of(study, objective).replace("\n", ", ") for objective in pair)
     return MarkedPanel(
         "",
-        MarkedAxis(names[0], x),
-        MarkedAxis(names[1], y),
+        MarkedAxis(metrics[0], x),
+        MarkedAxis(metrics[1], y),
         _marks(parts),
         line=stairs,
     )
@@ -221,18 +221,18 @@ def _knee(asked_trials: AskedTrials) -> list[int]:
 
 def _judged(asked_trials: AskedTrials, table: pd.DataFrame) -> pd.DataFrame:
     """Return held-out estimates as marks: mean, confidence interval and trials."""
-    names = {"": "y", "_low": "low", "_high": "high"}
-    held = {mark: table[f"held_out{end}"].to_numpy() for end, mark in names.items()}
+    ends = {"": "y", "_low": "low", "_high": "high"}
+    held = {mark: table[f"held_out{end}"].to_numpy() for end, mark in ends.items()}
     trials = table["held_out_n"].to_numpy() * asked_trials.description["scenarios"]
     return pd.DataFrame({**held, "n": trials})
 
 
 def _two_ways(
-    asked_trials: AskedTrials, table: pd.DataFrame, names: Sequence[str]
+    asked_trials: AskedTrials, table: pd.DataFrame, metrics: Sequence[str]
 ) -> pd.DataFrame:
     """Return held-out estimates of two objectives as marks, in the order of `table`."""
     first, second = (
-        _judged(asked_trials, table[table["objective"] == name]) for name in names
+        _judged(asked_trials, table[table["objective"] == name]) for name in metrics
     )
     across = first[["y", "low", "high"]].set_axis(["x", "x_low", "x_high"], axis=1)
     return pd.concat([across, second], axis=1)
@@ -248,9 +248,9 @@ def _stairs(
     x: "pd.Series[float]", y: "pd.Series[float]", text: str, *, late: bool
 ) -> MarkedLine:
     """Return a line of steps; if `late`, a value holds up to the next position."""
-    known = y.notna().to_numpy()
-    across: Floats = np.repeat(x.to_numpy(np.float64)[known], 2)
-    along: Floats = np.repeat(y.to_numpy(np.float64)[known], 2)
+    finite = y.notna().to_numpy()
+    across: Floats = np.repeat(x.to_numpy(np.float64)[finite], 2)
+    along: Floats = np.repeat(y.to_numpy(np.float64)[finite], 2)
     if late:
         return MarkedLine(across[1:].tolist(), along[:-1].tolist(), text)
     return MarkedLine(across[:-1].tolist(), along[1:].tolist(), text)

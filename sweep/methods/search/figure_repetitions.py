@@ -136,7 +136,7 @@ def with_repetitions(study: StoredStudy) -> AskedTrials:
     return asked_trials
 
 
-def _curves(asked_trials: AskedTrials, names: Sequence[str]) -> pd.DataFrame:
+def _curves(asked_trials: AskedTrials, repeated: Sequence[str]) -> pd.DataFrame:
     """Return the best value so far of each run, as columns.
 
     Rows are all numbers of trials at which a run has a value.
@@ -145,7 +145,7 @@ def _curves(asked_trials: AskedTrials, names: Sequence[str]) -> pd.DataFrame:
         reference_point(asked_trials) if len(objectives(asked_trials)) > 1 else None
     )
     columns = {}
-    for run in names:
+    for run in repeated:
         table = best_so_far(asked_trials, run, reference)
         columns[run] = table.groupby("trials")["value"].last()
     return pd.DataFrame(columns).sort_index().ffill()
@@ -158,12 +158,14 @@ def _band(
     label: str,
     distribution: Declared,
 ) -> None:
-    known = curves.dropna()
-    means = [mean_interval(row, distribution=distribution) for row in known.to_numpy()]
+    complete = curves.dropna()
+    means = [
+        mean_interval(row, distribution=distribution) for row in complete.to_numpy()
+    ]
     mean, low, high, _ = np.reshape(means, (-1, 4)).T
-    axes.step(known.index, mean, where="post", color=colour, label=label)
+    axes.step(complete.index, mean, where="post", color=colour, label=label)
     axes.fill_between(
-        known.index,
+        complete.index,
         low,
         high,
         step="post",

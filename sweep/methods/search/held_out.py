@@ -106,14 +106,14 @@ def winners(asked_trials: "AskedTrials", run: str = SEARCH) -> pd.DataFrame:
                     optimism,
                 )
             )
-    names = [
+    columns = [
         "candidate",
         "objective",
         *_interval_columns("search"),
         *_interval_columns("held_out"),
         "optimism",
     ]
-    table = pd.DataFrame(rows, columns=names)
+    table = pd.DataFrame(rows, columns=columns)
     table["violation"] = [
         _violation(asked_trials, judged, number) for number in table["candidate"]
     ]
@@ -354,11 +354,11 @@ def _shares(judged: TrialsByBlock, numbers: list[int], aims: list[Objective]) ->
             draws[:, row, column] = objective.statistic.along(
                 resampled, maximize=objective.maximize
             )
-    known = ~np.isnan(draws).any(axis=(0, 2))
+    complete = ~np.isnan(draws).any(axis=(0, 2))
     shares = np.full(len(numbers), np.nan)
-    if known.any():
-        shares[known] = shares_on_front(
-            draws[:, known], [objective.maximize for objective in aims]
+    if complete.any():
+        shares[complete] = shares_on_front(
+            draws[:, complete], [objective.maximize for objective in aims]
         )
     return shares
 

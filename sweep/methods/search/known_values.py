@@ -31,8 +31,8 @@ class KnownValues:
         """
         for trial, row in zip(ids, table.to_pylist(), strict=True):
             values = [row[name] for name in self.columns]
-            known = row["status"] == "done" and all(map(_finite, values))
-            self.trials[trial] = tuple(values) if known else None
+            complete = row["status"] == "done" and all(map(_finite, values))
+            self.trials[trial] = tuple(values) if complete else None
 
     def of(self, trials: Sequence[Sequence[str]]) -> dict[str, Floats] | None:
         """Return the values of trials by column, each as an array (blocks, scenarios).

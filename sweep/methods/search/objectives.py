@@ -96,8 +96,8 @@ class Statistic:
         return column if self == Statistic() else f"{self} of {column}"
 
     def __str__(self) -> str:
-        words = self.about.words or self.kind
-        return words if self.share is None else f"{words} {self.share:g}"
+        label = self.about.label or self.kind
+        return label if self.share is None else f"{label} {self.share:g}"
 
 
 @dataclass(frozen=True)

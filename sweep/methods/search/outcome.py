@@ -170,10 +170,12 @@ def eligible(candidates: pd.DataFrame, objectives: Sequence[Objective]) -> pd.Da
 
     The rows are feasible candidates with most blocks, without repeated parameters.
     """
-    known = (
+    measured = (
         candidates[[objective.column for objective in objectives]].notna().all(axis=1)
     )
-    pool = candidates[known & candidates["feasible"] & (candidates["status"] != FAILED)]
+    pool = candidates[
+        measured & candidates["feasible"] & (candidates["status"] != FAILED)
+    ]
     with_most: pd.DataFrame = pool[pool["blocks"] == pool["blocks"].max()]
     return with_most.drop_duplicates("same_as")
 

@@ -84,7 +84,10 @@ def plan_tables(
 
 
 def known_trials(
-    study: Study, phase: AskedPhase, known: KnownValues, description: dict[str, Any]
+    study: Study,
+    phase: AskedPhase,
+    known_values: KnownValues,
+    description: dict[str, Any],
 ) -> AskedTrials:
     """Return the result of `read_asked` for a phase with all trials stored.
 
@@ -94,22 +97,22 @@ def known_trials(
         Study of the search.
     phase : AskedPhase
         The phase.
-    known : KnownValues
+    known_values : KnownValues
         Values of the trials of the phase.
     description : dict
         Description of the search.
     """
-    distributions = {name: study.distribution(name) for name in known.columns}
+    distributions = {name: study.distribution(name) for name in known_values.columns}
     parameters = description["parameters"]
     rows = []
     for *where, job in phase.rows():
-        values = known.trials[job.trial_id]
+        values = known_values.trials[job.trial_id]
         settings = [job.settings[name] for name in parameters]
         status = "failed" if values is None else "done"
-        cells = values or [None] * len(known.columns)
+        cells = values or [None] * len(known_values.columns)
         rows.append([*where, job.trial_id, *settings, status, *cells])
-    names = [*COLUMNS.names, *parameters, "status", *known.columns]
-    return AskedTrials(pd.DataFrame(rows, columns=names), description, distributions)
+    columns = [*COLUMNS.names, *parameters, "status", *known_values.columns]
+    return AskedTrials(pd.DataFrame(rows, columns=columns), description, distributions)
 
 
 def _plan(study: Study, jobs: Iterable[Job], origin: Origin) -> pa.Table:

@@ -117,7 +117,7 @@ def make_search_plan(
     return SearchPlan(
         study=study.name,
         model=study.model,
-        code=study.known.runs,
+        code=study.catalogue.runs,
         preset=study.preset,
         parameters=parameters,
         sampler=search.sampler,

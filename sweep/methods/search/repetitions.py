@@ -76,12 +76,12 @@ def runs(asked_trials: "AskedTrials", kind: str) -> list[str]:
 
     The kind is REPETITION or RANDOM.
     """
-    names = [
+    repeated = [
         name
         for name in asked_trials.table["run"].unique()
         if name.rsplit(" ", 1)[0] == kind
     ]
-    return sorted(names, key=lambda name: int(name.rsplit(" ", 1)[1]))
+    return sorted(repeated, key=lambda name: int(name.rsplit(" ", 1)[1]))
 
 
 def against_random(asked_trials: "AskedTrials") -> AgainstRandom:

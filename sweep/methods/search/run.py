@@ -110,7 +110,7 @@ class Run:
     ----------
     setup : RunSetup
         Study, sampler and races of the run.
-    known : KnownValues
+    known_values : KnownValues
         Values of all trials of the search so far.
     rejected : int
         Number of proposals that the spec does not allow.
@@ -135,7 +135,7 @@ class Run:
     """
 
     setup: RunSetup
-    known: KnownValues
+    known_values: KnownValues
     rejected: int = 0
     repeated: int = 0
     number: int = 0
@@ -151,7 +151,7 @@ class Run:
         """Yield the trials of each rung.
 
         Before the caller takes the next rung, it enters the values of the last rung in
-        `known`. Raises SpecError if all candidates, or MOST_IDLE in a row, are
+        `known_values`. Raises SpecError if all candidates, or MOST_IDLE in a row, are
         rejected.
         """
         search = section_of(self.setup.study)
@@ -253,7 +253,7 @@ class Run:
             yield jobs
             for candidate in running:
                 candidate.samples = (
-                    self.known.of(candidate.ids()) if candidate.trials else None
+                    self.known_values.of(candidate.ids()) if candidate.trials else None
                 )
             running = [candidate for candidate in running if candidate.samples]
             had = rung

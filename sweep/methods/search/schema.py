@@ -44,11 +44,11 @@ def model_schema(forms: ModelSchemas) -> Schema:
 def definitions() -> Schema:
     """Return the schema of a statistic of the values of a metric, by name."""
     share = {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1}
-    known = STATISTICS.items()
-    alone = {name: entry for name, entry in known if not entry.takes_share}
+    statistics = STATISTICS.items()
+    alone = {name: entry for name, entry in statistics if not entry.takes_share}
     sharing: Schema = {
         name: share | {"description": entry.text}
-        for name, entry in known
+        for name, entry in statistics
         if entry.takes_share
     }
     return {"statistic": {"anyOf": [choices(alone), _one(sharing)]}}

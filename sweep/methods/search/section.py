@@ -56,7 +56,7 @@ def read_search(root: Entry, context: SpecContext) -> Search:
     entry = root.get(KEY.name)
     assert entry
     reader = context.reader
-    metrics = context.known
+    metrics = context.metrics
     taken = context.taken
     entry.mapping()
     mistakes = Mistakes()

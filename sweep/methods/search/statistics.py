@@ -28,7 +28,7 @@ class StatisticKind:
     takes_share : bool, default False
         True if specs give a fraction, above 0 and below 1, such as `{quantile: 0.1}`.
         Other statistics get NaN.
-    words : str, default ""
+    label : str, default ""
         Name in reports, if not the name in specs.
     averages : bool, default False
         True if the statistic is the mean over blocks of means of blocks. Student's
@@ -46,7 +46,7 @@ class StatisticKind:
     formula: Callable[[Floats, float, bool], Floats]
     text: str
     takes_share: bool = False
-    words: str = ""
+    label: str = ""
     averages: bool = False
     extreme: bool = False
     bootstrap: Literal["BCa", "percentile"] = "BCa"
@@ -135,7 +135,7 @@ STATISTICS: dict[str, StatisticKind] = {
         cvar,
         "conditional value at risk: the mean of the worst fraction of all values",
         takes_share=True,
-        words="CVaR",
+        label="CVaR",
         tail=lambda share: share,
     ),
 }

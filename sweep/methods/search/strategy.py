@@ -68,7 +68,7 @@ class SearchStrategy:
         blocks = {setup.name: setup.blocks for setup in self.setups}
         self.description = about_search(study, blocks, repetitions)
         self.phases: list[AskedPhase] = []
-        self.known = KnownValues(self.section.columns)
+        self.known_values = KnownValues(self.section.columns)
 
     def rounds(self, look: Look) -> Iterator[Round]:
         """Yield a round per rung of each run, and a round of held-out trials per run.
@@ -78,11 +78,11 @@ class SearchStrategy:
         for setup in self.setups:
             searched = AskedPhase(setup.name, SEARCH, [])
             self.phases.append(searched)
-            run = Run(setup, self.known, candidates=searched.candidates)
+            run = Run(setup, self.known_values, candidates=searched.candidates)
             yield from self._new(self._search(run), look)
             yield from self._new(self._judge(searched), look)
         self.description["finished"] = True
-        self.progress.trials = len(self.known.trials)
+        self.progress.trials = len(self.known_values.trials)
         rows = (row for phase in self.phases for row in phase.rows())
         self.progress.points = len({row.job.point for row in rows})
         yield self._round([])
@@ -110,8 +110,8 @@ class SearchStrategy:
         objectives = self.section.objectives
         several = name == SEARCH or len(objectives) > 1
         most = self.section.held_out.candidates if several else 1
-        known = known_trials(self.study, searched, self.known, self.description)
-        table = candidates(known, name)
+        trials = known_trials(self.study, searched, self.known_values, self.description)
+        table = candidates(trials, name)
         values = {
             searched_candidate.number: searched_candidate.candidate.values
             for searched_candidate in searched.candidates
@@ -140,11 +140,11 @@ class SearchStrategy:
     def _new(self, requested: Iterator[list[Job]], look: Look) -> Iterator[Round]:
         """Yield rounds of the requested trials that were not requested before."""
         for jobs in requested:
-            known = self.known.trials
-            new = {job.trial_id: job for job in jobs if job.trial_id not in known}
+            trials = self.known_values.trials
+            new = {job.trial_id: job for job in jobs if job.trial_id not in trials}
             if new:
                 yield self._round(list(new.values()))
-                self.known.enter(list(new), look())
+                self.known_values.enter(list(new), look())
 
     def _round(self, jobs: list[Job]) -> Round:
         ids = packed(job.trial_id for job in jobs)

@@ -109,18 +109,18 @@ def _panels(table: pd.DataFrame) -> Iterator[tuple[str, pd.DataFrame]]:
 def _bars(part: pd.DataFrame) -> list[Bars]:
     if "index" in part:
         shown = _shown(part)
-        words = {
+        labels = {
             "S1": "S1, alone",
             "ST": "ST, with all interactions",
             "S2": "S2, of a pair",
         }
         return [
-            _one(words[str(kind)], rows, shown)
+            _one(labels[str(kind)], rows, shown)
             for kind, rows in part.groupby("index", sort=False)
         ]
     names = ["mu_star", "sigma", "mu"] if "mu_star" in part else ["spearman", "partial"]
-    words = {"mu_star": "mu*, mean size", "sigma": "sigma, spread", "mu": "mu, mean"}
-    return [_one(words.get(name, name), part, name) for name in names]
+    labels = {"mu_star": "mu*, mean size", "sigma": "sigma, spread", "mu": "mu, mean"}
+    return [_one(labels.get(name, name), part, name) for name in names]
 
 
 def _one(label: str, part: pd.DataFrame, name: str) -> Bars:
@@ -193,14 +193,14 @@ def _note(table: pd.DataFrame) -> str:
 
 def _intervals(table: pd.DataFrame) -> str:
     """Return the kind of confidence intervals in words, or why there are none."""
-    known = [
+    with_interval = [
         (bars.values.iloc[:, 1].notna()).any()
         for _, part in _panels(table)
         for bars in _bars(part)
     ]
-    if not any(known):
+    if not any(with_interval):
         return "no confidence intervals: some resamples of few blocks give no value"
-    some = "" if all(known) else ", where all resamples give a value"
+    some = "" if all(with_interval) else ", where all resamples give a value"
     return (
         f"{table.attrs['confidence']:.0%} bootstrap confidence intervals, not"
         f" simultaneous{some}"

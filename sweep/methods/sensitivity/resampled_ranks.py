@@ -163,7 +163,7 @@ def _partial(matrix: Floats) -> Floats:
     left = 1.0 / (roots * roots).sum(axis=2)
     by_all = np.maximum(1.0 - (explained * explained).sum(axis=1, keepdims=True), 0.0)
     left_of_last = by_all + slopes * slopes * left
-    known = np.minimum(left, left_of_last) >= DETERMINED
-    root = np.sqrt(np.where(known, left_of_last, 1.0))
+    determined = np.minimum(left, left_of_last) >= DETERMINED
+    root = np.sqrt(np.where(determined, left_of_last, 1.0))
     partial = np.clip(slopes * np.sqrt(left) / root, -1.0, 1.0)
-    return np.where(known, partial, np.nan)
+    return np.where(determined, partial, np.nan)

@@ -274,7 +274,7 @@ def numbers(column: "pd.Series[float]", *, texts: bool) -> Floats:
 
 def known_means(values: Floats, dimension: int) -> Floats:
     """Return means of finite values along a dimension; NaN without finite values."""
-    known = np.isfinite(values)
-    count = known.sum(axis=dimension)
-    total = np.where(known, values, 0.0).sum(axis=dimension)
+    finite = np.isfinite(values)
+    count = finite.sum(axis=dimension)
+    total = np.where(finite, values, 0.0).sum(axis=dimension)
     return np.where(count > 0, total / np.maximum(count, 1), np.nan)

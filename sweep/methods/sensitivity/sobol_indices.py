@@ -113,10 +113,10 @@ def _means_of(noise: Floats, drawn: Blocks) -> Floats:
         .reshape(resamples, blocks)
         .T.astype(np.float64)
     )
-    known = np.isfinite(noise)
-    number = known @ times
+    finite = np.isfinite(noise)
+    number = finite @ times
     means: Floats = (
-        np.where(known, noise, 0.0) @ times / np.where(number > 0.0, number, np.nan)
+        np.where(finite, noise, 0.0) @ times / np.where(number > 0.0, number, np.nan)
     )
     return means
 
