@@ -1,13 +1,18 @@
 """Builds the site: `make docs`. The sources and the site stand in build/.
 
+`llms.txt` lists the pages for programs, in the form of llmstxt.org. Each entry leads to
+the Markdown of a page, which stands beside the page.
+
 Figures show trials that the build runs: trials of the gallery, one trial per model, and
 trials of the blocks of a page. A page names the figure of a block as `/_made/PAGE/...`,
 a file below the folder in which the blocks ran.
 """
 
 import os
+import re
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
@@ -27,6 +32,21 @@ BUILD = ROOT / "build"
 MADE = "_made"
 WIDTH = "100"
 """Of the terminal in which the commands of pages run, in signs."""
+SECTIONS = {
+    "": "Overview",
+    "tutorials": "Tutorials",
+    "guide": "Guide",
+    "explanations": "Explanations",
+    "reference": "Reference",
+    "studies": "Published studies",
+    "decisions": "Optional",
+}
+"""Headings of `llms.txt`, by the first folder of a page."""
+TITLE = re.compile(r"^# (.+)$", re.MULTILINE)
+PARAGRAPH = re.compile(r"\n\n(?!```|[#|<:!$\s-])(.+?)(?=\n\n|\Z)", re.DOTALL)
+LINKED = re.compile(r"!?\[([^\]]*)\]\([^)]*\)")
+SENTENCE_END = re.compile(r"(?<=[^\sA-Z][.:])\s")
+"""No end is the point of an initial."""
 AT_ONCE = 2
 """Pages whose blocks run at the same time, beside the trials of the gallery."""
 
@@ -61,6 +81,7 @@ def build(folder: Path = BUILD) -> int:
     (sources / f"{name}.md").write_text(text, encoding="utf-8")
     code = sphinx(sources, site)
     write_moved(site)
+    write_for_programs(sources, site)
     for page in (sources / PICTURES).glob("*.html"):
         copyfile(page, _place(site / PICTURES / page.name))
     return code
@@ -86,6 +107,42 @@ def write_moved(site: Path) -> None:
                 f'<link rel="canonical" href="{place}"><a href="{place}">Moved</a>\n',
                 encoding="utf-8",
             )
+
+
+def write_for_programs(sources: Path, site: Path) -> None:
+    """Write `llms.txt` and the Markdown of each page beside the page."""
+    texts = {
+        path.relative_to(sources).with_suffix("").as_posix(): path.read_text("utf-8")
+        for path in sorted(sources.rglob("*.md"))
+    }
+    for page, text in texts.items():
+        _place(site / f"{page}.md").write_text(text, encoding="utf-8")
+    (site / "llms.txt").write_text(listed_for_programs(texts), encoding="utf-8")
+
+
+def listed_for_programs(texts: Mapping[str, str]) -> str:
+    """Return the list of pages in the form of llmstxt.org.
+
+    Each page has the first sentence of the text after the title.
+    """
+    entries: dict[str, list[str]] = {name: [] for name in SECTIONS}
+    for page, text in texts.items():
+        title = TITLE.search(text)
+        first = PARAGRAPH.search(text, title.end() if title else 0)
+        paragraph = LINKED.sub(r"\1", first[1]).replace("**", "") if first else ""
+        line = " ".join(paragraph.split())
+        sentence = SENTENCE_END.split(line, maxsplit=1)[0].rstrip(":")
+        folder = page.partition("/")[0] if "/" in page else ""
+        entry = f"- [{title[1] if title else page}]({page}.md)"
+        entries[folder if folder in SECTIONS else ""].append(
+            f"{entry}: {sentence}" if sentence else entry
+        )
+    project = tomllib.loads(read("pyproject.toml"))["project"]
+    lines = [f"# {project['name']}", "", f"> {project['description']}"]
+    for name, heading in SECTIONS.items():
+        if entries[name]:
+            lines += ["", f"## {heading}", "", *entries[name]]
+    return "\n".join([*lines, ""])
 
 
 def _place(path: Path) -> Path:

@@ -168,7 +168,9 @@ class Certificate:
     def as_markdown(self) -> str:
         """Return the certificate as Markdown."""
         versions = self.machine["versions"]
-        listed = ", ".join(f"{name} {version}" for name, version in versions.items())
+        listed = ", ".join(
+            f"{name} {version}" for name, version in versions.items() if version
+        )
         lines = [
             "# Certificate of reproduction",
             "",

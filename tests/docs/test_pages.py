@@ -14,7 +14,7 @@ from docs.building import documents
 from docs.building.api import MODULES
 from docs.building.documents import COPIES, Documents, chapters, read
 from docs.building.models import PICTURES
-from docs.building.site import MADE, pages
+from docs.building.site import MADE, listed_for_programs, pages
 from kernels.metrics import METRICS
 from kernels.models import MODELS
 from kernels.starts import STARTS
@@ -65,6 +65,23 @@ def made() -> Made:
 def test_every_document_is_a_page(made: Made) -> None:
     found = {page for path, page in made.documents.pages.items() if path != "README.md"}
     assert found <= set(made.pages)
+
+
+def test_programs_find_every_page_with_its_first_sentence(made: Made) -> None:
+    text = listed_for_programs(made.pages)
+    assert {link["page"].removesuffix(".md") for link in LINK.finditer(text)} == set(
+        made.pages
+    )
+    assert (
+        "- [Certificates for a paper](guide/certificates.md): This page is for authors"
+        " who want to show readers that the results of a paper follow from its studies."
+    ) in text.splitlines()
+    # Each has a sentence, and no mark of Markdown is left in it.
+    entries = [line for line in text.splitlines() if line.startswith("- ")]
+    bare = [
+        line for line in entries if not re.search(r"\.md\): [\w`][^\]|]{10,}$", line)
+    ]
+    assert bare == []
 
 
 def test_every_page_is_in_a_list_of_pages(made: Made) -> None:
