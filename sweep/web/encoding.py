@@ -86,7 +86,7 @@ def packed_frames(frames: Sequence[bytes]) -> str:
 
     Successive frames differ by little. So the text has the differences of each byte in
     sequence, modulo 256. In measured pages, compression saves 40 % of them, but 7 % of
-    the frames. The function `framesOf` of `static/tape.js` returns the frames.
+    the frames. The function `framesOf` of `static/packed.js` returns the frames.
     """
     rows = np.frombuffer(b"".join(frames), np.uint8).reshape(len(frames), -1)
     differences = np.diff(rows, axis=0, prepend=np.uint8(0))

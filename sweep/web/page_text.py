@@ -85,7 +85,7 @@ def document(
 def packed(content: bytes) -> str:
     """Return bytes as a text for a page, compressed.
 
-    The function `unpacked` of `static/files.js` returns the bytes.
+    The function `unpacked` of `static/packed.js` returns the bytes.
     """
     return base64.b64encode(zlib.compress(content, BEST)).decode()
 

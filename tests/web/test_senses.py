@@ -27,7 +27,8 @@ from sweep.web.state import ViewState, begin
 from tests.web.scripts import frames_of, printed
 
 SCRIPT = Template("""
-import { framesOf, Tape } from "$static/tape.js";
+import { framesOf } from "$static/packed.js";
+import { Tape } from "$static/tape.js";
 import { Senses } from "$static/senses.js";
 import { Visits } from "$static/visits.js";
 const recording = $recording;

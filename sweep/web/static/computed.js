@@ -2,8 +2,9 @@
 // begins from the memory of a device before the first step. Its metrics are compared
 // with the stored ones, bit for bit.
 
-import { bytesOf, unpacked } from "./files.js";
+import { bytesOf } from "./files.js";
 import { encode } from "./frames.js";
+import { unpacked } from "./packed.js";
 
 /** @import { Changed } from "./changed.js" */
 /**

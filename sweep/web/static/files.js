@@ -1,4 +1,4 @@
-// Bytes: as base64, as packed text, and as a file that is saved.
+// Files: their bytes in base64, and how they are saved.
 
 import { make } from "./dom.js";
 
@@ -16,12 +16,4 @@ export function bytesOf(base64) {
   const bytes = new Uint8Array(text.length);
   for (let i = 0; i < text.length; i++) bytes[i] = text.charCodeAt(i);
   return bytes;
-}
-
-// The bytes of a text that the server has packed.
-/** @param {string} text */
-export async function unpacked(text) {
-  const packed = new Blob([bytesOf(text)]).stream();
-  const stream = packed.pipeThrough(new DecompressionStream("deflate"));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
 }

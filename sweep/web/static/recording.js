@@ -2,8 +2,8 @@
 // how to cite it. An address that ends in ?embed shows the picture and its bar alone.
 
 import { button, make, short, spaced, unitText } from "./dom.js";
+import { framesOf } from "./packed.js";
 import { Player } from "./player.js";
-import { framesOf } from "./tape.js";
 
 /** @import { FrontMatter, Recording, RecordedPage, Setting } from "./protocol.d.ts" */
 

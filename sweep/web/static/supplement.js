@@ -7,9 +7,9 @@ import { button, make, short, unitText } from "./dom.js";
 import { download } from "./files.js";
 import { Computer } from "./computed.js";
 import { LivingCells } from "./living.js";
+import { framesOf } from "./packed.js";
 import { Player } from "./player.js";
 import { estimated, Plotted } from "./plotted.js";
-import { framesOf } from "./tape.js";
 
 /** @import { Changed } from "./changed.js" */
 /** @import { Packed, Recording, State } from "./protocol.d.ts" */

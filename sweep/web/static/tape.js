@@ -1,26 +1,8 @@
 // The frames of a recording, by their place on it.
 
-import { unpacked } from "./files.js";
 import { decode } from "./frames.js";
 
 /** @import { Recording } from "./protocol.d.ts" */
-
-// The text has the differences of each byte from frame to frame, in sequence.
-/** @param {string} text @param {number} count */
-export async function framesOf(text, count) {
-  const differences = await unpacked(text);
-  const frames = new Uint8Array(differences.length);
-  const size = frames.length / count;
-  let from = 0;
-  for (let at = 0; at < size; at++) {
-    let byte = 0;
-    for (let to = at; to < frames.length; to += size) {
-      byte += differences[from++];
-      frames[to] = byte; // modulo 256
-    }
-  }
-  return frames;
-}
 
 export class Tape {
   // All frames have as many bytes.
