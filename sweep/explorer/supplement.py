@@ -5,7 +5,6 @@ stored trials that can be played. Each trial was run again, and is bitwise ident
 the stored trial. Otherwise the page is not written.
 """
 
-import base64
 import json
 import math
 from collections.abc import Mapping, Sequence
@@ -388,7 +387,7 @@ def _as_data(
         "steps": run.steps.tolist(),
         "values": [_finite(value) for value in run.values.tolist()],
         "senses": run.senses,
-        "frames": base64.b64encode(run.frames).decode(),
+        "frames": run.frames,
     }
 
 

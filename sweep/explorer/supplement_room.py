@@ -1,4 +1,7 @@
-"""The number of frames of each run that fit into a supplement."""
+"""The number of frames of each run that fit into a supplement.
+
+Sizes are upper bounds: frames are compressed, and only a finished run shows how far.
+"""
 
 import math
 from collections.abc import Sequence
@@ -33,7 +36,7 @@ class RunLength(NamedTuple):
 
     @property
     def frame_bytes(self) -> int:
-        """Size of a frame in the page, where 4 bytes represent 3."""
+        """Size of a frame in the page before compression; 4 bytes represent 3."""
         frame = HEAD_BYTES + BOID_BYTES * self.boids
         return math.ceil(frame * 4 / 3) + NUMBERS_BYTES
 
@@ -75,7 +78,7 @@ def most_frames(runs: Sequence[RunLength], limit: int, room: int) -> int:
     if low < fewest and _size(runs, fewest) > room:
         least = _size(runs, fewest)
         raise ChoiceError(
-            f"{so_many(len(runs), 'run')} with {fewest} frames each take"
+            f"{so_many(len(runs), 'run')} with {fewest} frames each take up to"
             f" {least / 2**20:.1f} MiB; the page has room for {room / 2**20:.1f} MiB;"
             " select fewer points with --where, or fewer trials with --trials"
         )

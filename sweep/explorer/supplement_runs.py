@@ -20,7 +20,7 @@ from sweep.explorer.supplement_starts import (
 from sweep.replays import differences
 from sweep.tables import StoredTrial
 from sweep.trial import simulate
-from sweep.web import Reply, faced, fly, frame, senses_of
+from sweep.web import Reply, faced, fly, frame, packed, packed_frames, senses_of
 
 
 class RunOrder(NamedTuple):
@@ -45,16 +45,16 @@ class RecordedRun(NamedTuple):
 
     `differences` are the differences from the stored results, and `error` is the reason
     for a failure, or "". `steps` (F,) are the steps of the frames, and `values` (F,)
-    the values of the metric. `frames` has the bytes of all frames in sequence. `senses`
-    has the facts from which a page computes perceived neighbours. `start` is the start
-    of a trial that the page computes; such a run has no frames.
+    the values of the metric. `frames` has all frames in sequence, packed. `senses` has
+    the facts from which a page computes perceived neighbours. `start` is the start of a
+    trial that the page computes; such a run has no frames.
     """
 
     trial_id: str
     differences: tuple[str, ...]
     steps: NDArray[np.int64]
     values: NDArray[np.float64]
-    frames: bytes
+    frames: str
     senses: Reply
     start: ComputedStart | None = None
     error: str = ""
@@ -74,7 +74,7 @@ def record(order: RunOrder) -> RecordedRun:
             differences=tuple(map(str, different)),
             steps=np.empty(0, np.int64),
             values=np.empty(0),
-            frames=b"",
+            frames=packed(b""),
             senses=senses_of(job, np.empty((0, 4, 0))),
             start=computed_start(job, order.ranges),
         )
@@ -90,7 +90,7 @@ def record(order: RunOrder) -> RecordedRun:
         differences=tuple(map(str, different)),
         steps=flight.steps,
         values=flight.values[name],
-        frames=b"".join(frames),
+        frames=packed_frames(frames),
         senses=senses_of(job, flight.bodies),
     )
 
@@ -102,7 +102,7 @@ def not_recorded(order: RunOrder, error: str) -> RecordedRun:
         differences=(),
         steps=np.empty(0, np.int64),
         values=np.empty(0),
-        frames=b"",
+        frames=packed(b""),
         senses={},
         error=error,
     )

@@ -7,7 +7,6 @@ the memory after these calls, and not the seed alone.
 """
 
 import base64
-import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
@@ -29,10 +28,9 @@ from sweep.trial import (
     refusal_of_wasm,
     wasm_module,
 )
+from sweep.web import packed
 
 PACKAGES = "wasmtime", "ziglang"
-BEST = 9
-"""Level of compression with the smallest result."""
 FACTOR = 2.0
 """Largest factor by which a reader may change a parameter that does not vary."""
 TABLES = "marks", "steps_of", "values", "numbers"
@@ -52,8 +50,8 @@ class ComputedStart(NamedTuple):
         Index of each of TABLES among the arrays of the memory.
     rooms : list of (int, int)
         Number of elements, and bytes of an element, of each array of the memory.
-    pieces : list of (int, int, bytes)
-        Array, first element, and compressed content.
+    pieces : list of (int, int, str)
+        Array, first element, and packed content.
     wholes, reals : bytes
         Integers and floats of the first call, of 64 bits each.
     bodies : (int, list of int)
@@ -69,7 +67,7 @@ class ComputedStart(NamedTuple):
     kernel: str
     tables: dict[str, int]
     rooms: list[tuple[int, int]]
-    pieces: list[tuple[int, int, bytes]]
+    pieces: list[tuple[int, int, str]]
     wholes: bytes
     reals: bytes
     bodies: tuple[int, list[int]]
@@ -139,8 +137,7 @@ def computed_start(job: Job, ranges: Ranges = NO_RANGES) -> ComputedStart:
         tables={name: names.index(name) for name in TABLES},
         rooms=[*image.rooms],
         pieces=[
-            (place, first, zlib.compress(content, BEST))
-            for place, first, content in image.pieces
+            (place, first, packed(content)) for place, first, content in image.pieces
         ],
         wholes=np.array(image.numbers[:last_integer], np.int64).tobytes(),
         reals=np.array(image.numbers[last_integer:], np.float64).tobytes(),
@@ -208,7 +205,7 @@ class Computation:
 
     def __init__(self) -> None:
         self._modules: dict[tuple[str, tuple[str, ...]], dict[str, Any]] = {}
-        self._contents: dict[bytes, int] = {}
+        self._contents: dict[str, int] = {}
 
     def begun(
         self, job: Job, start: ComputedStart, last: Sequence[float]
@@ -228,7 +225,7 @@ class Computation:
         if key not in self._modules:
             module = wasm_module(_measured_only(job))
             self._modules[key] = {
-                "code": _text(zlib.compress(module.code, BEST)),
+                "code": packed(module.code),
                 "pages": module.pages,
                 "tables": start.tables,
                 "metrics": metrics,
@@ -255,10 +252,10 @@ class Computation:
         """Return the modules and contents, ready for JSON."""
         return {
             "modules": list(self._modules.values()),
-            "contents": [_text(content) for content in self._contents],
+            "contents": list(self._contents),
         }
 
-    def _place(self, content: bytes) -> int:
+    def _place(self, content: str) -> int:
         return self._contents.setdefault(content, len(self._contents))
 
 

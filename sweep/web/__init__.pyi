@@ -1,5 +1,6 @@
 from .claimed import published as published
 from .encoding import frame as frame
+from .encoding import packed_frames as packed_frames
 from .flight import fly as fly
 from .launching import Launcher as Launcher
 from .launching import proposed as proposed
@@ -10,6 +11,7 @@ from .page import STATIC as STATIC
 from .page import script as script
 from .page import style as style
 from .page_text import document as document
+from .page_text import packed as packed
 from .page_text import source_of as source_of
 from .protocol import Reply as Reply
 from .recording import check_page as check_page

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from sweep.web.page_text import packed
+
 Floats = NDArray[np.float64]
 
 FLOCKS = 1
@@ -77,6 +79,18 @@ def _quantised(coordinate: Floats, low: float, high: float) -> bytes:
 def padded(content: bytes) -> bytes:
     """Return the content with as many zeros as make a multiple of 4 bytes."""
     return content + bytes(-len(content) % 4)
+
+
+def packed_frames(frames: Sequence[bytes]) -> str:
+    """Return frames of the same size as a text for a page.
+
+    Successive frames differ by little. So the text has the differences of each byte in
+    sequence, modulo 256. In measured pages, compression saves 40 % of them, but 7 % of
+    the frames. The function `framesOf` of `static/packed.js` returns the frames.
+    """
+    rows = np.frombuffer(b"".join(frames), np.uint8).reshape(len(frames), -1)
+    differences = np.diff(rows, axis=0, prepend=np.uint8(0))
+    return packed(differences.T.tobytes())
 
 
 def flocks(labels: NDArray[np.int64]) -> tuple[int, bytes]:

@@ -19,7 +19,7 @@ IMPORT = re.compile(
 )
 LATER = re.compile(r'import\("\./([a-z]+)\.js"\)')
 """An import that the served page makes only on demand."""
-EXPORT = re.compile(r"^export (class|const|function) (\w+)", re.MULTILINE)
+EXPORT = re.compile(r"^export (class|const|(?:async )?function) (\w+)", re.MULTILINE)
 TYPES = re.compile(r"^ */\*\*((?!\*/).)*\*/\n", re.MULTILINE | re.DOTALL)
 
 

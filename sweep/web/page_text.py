@@ -6,11 +6,15 @@ The page contains script, style and data. The page may not load or send anything
 import base64
 import hashlib
 import json
+import zlib
 from collections.abc import Mapping
 from html import escape
 from typing import Any
 
 from sweep.web.page import script, style
+
+BEST = 9
+"""Level of compression with the smallest result."""
 
 
 def document(
@@ -76,6 +80,14 @@ def document(
 </body>
 </html>
 """.encode()
+
+
+def packed(content: bytes) -> str:
+    """Return bytes as a text for a page, compressed.
+
+    The function `unpacked` of `static/packed.js` returns the bytes.
+    """
+    return base64.b64encode(zlib.compress(content, BEST)).decode()
 
 
 def source_of(text: str) -> str:

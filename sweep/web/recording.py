@@ -1,10 +1,9 @@
 """A run as one page of HTML that opens from disk.
 
-A boid takes five bytes per frame, which are seven in base64. From these bytes the
-script computes perceived neighbours, flocks and visits.
+A boid takes five bytes per frame, which are at most seven in a page. From these bytes
+the script computes perceived neighbours, flocks and visits.
 """
 
-import base64
 import math
 from collections.abc import Iterable
 from dataclasses import asdict
@@ -12,7 +11,7 @@ from typing import Any
 
 from sweep.design import Job
 from sweep.errors import ChoiceError
-from sweep.web.encoding import frame
+from sweep.web.encoding import frame, packed_frames
 from sweep.web.export import MIME, File, thinned
 from sweep.web.flight import KeptFlight
 from sweep.web.front_matter import front_matter
@@ -21,7 +20,7 @@ from sweep.web.page_text import document
 from sweep.web.senses import faced, senses_of
 
 MOST_BYTES = 16 * 2**20
-"""Largest size of the frames in a page, in bytes.
+"""Largest size of the frames in a page before compression, in bytes.
 
 A page of this size can still be mailed, and opens at once.
 """
@@ -85,12 +84,11 @@ def recorded_run(
         YAML that gives the run.
     """
     size = float(flight.job.settings["width"]), float(flight.job.settings["height"])
-    frames = b"".join(
+    moving = faced(flight.job, flight.bodies)
+    frames = [
         frame(int(step), bodies, size)
-        for step, bodies in zip(
-            flight.steps, faced(flight.job, flight.bodies), strict=True
-        )
-    )
+        for step, bodies in zip(flight.steps, moving, strict=True)
+    ]
     metrics = messages["controls"]["metrics"]
     return {
         "groups": messages["controls"]["groups"],
@@ -105,7 +103,7 @@ def recorded_run(
             for name, series in flight.values.items()
         },
         "about": about(flight.study, flight.job),
-        "frames": base64.b64encode(frames).decode(),
+        "frames": packed_frames(frames),
     }
 
 

@@ -29,7 +29,7 @@ from tests.builders import job as a_job
 from tests.explorer.supplements import FLOWN, content_of, page_of
 from tests.studies import launched
 from tests.trial import test_all_layers
-from tests.web.scripts import printed
+from tests.web.scripts import frames_of, printed, unpacked
 
 
 def computed_runs(content: dict[str, Any], folder: Path) -> list[dict[str, Any]]:
@@ -62,8 +62,8 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> StoredStudy:
     return launched(FLOWN, tmp_path_factory.mktemp("computed"))
 
 
-def frames_of(bytes_: str, count: int) -> NDArray[np.uint8]:
-    return np.frombuffer(base64.b64decode(bytes_), np.uint8).reshape(count, -1)
+def in_rows(content: bytes, count: int) -> NDArray[np.uint8]:
+    return np.frombuffer(content, np.uint8).reshape(count, -1)
 
 
 def test_a_page_computes_all_trials_with_their_bits(
@@ -71,7 +71,7 @@ def test_a_page_computes_all_trials_with_their_bits(
 ) -> None:
     content = content_of(page_of(study, compute=True, trials=("all",), metric="speed"))
     assert len(content["runs"]) == len(study.trials) == 12
-    assert all(run["frames"] == "" for run in content["runs"])
+    assert all(unpacked(run["frames"]) == b"" for run in content["runs"])
     size = [float(content["scenes"][0][side]) for side in ("width", "height")]
     about = content | {"metric": "speed", "size": size}
     computed = computed_runs(about, tmp_path)
@@ -80,8 +80,8 @@ def test_a_page_computes_all_trials_with_their_bits(
     for one, other in zip(computed, recorded, strict=True):
         assert one["steps"] == list(range(0, 61, 2))
         assert one["values"] == other["values"][::2]
-        mine = frames_of(one["frames"], 31)
-        theirs = frames_of(other["frames"], 61)[::2]
+        mine = in_rows(base64.b64decode(one["frames"]), 31)
+        theirs = in_rows(frames_of(other), 61)[::2]
         n = int(np.frombuffer(theirs[0, 12:16].tobytes(), "<u4")[0])
         assert (mine[:, : HEAD.size] == theirs[:, : HEAD.size]).all()
         places, others = (

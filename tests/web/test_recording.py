@@ -27,6 +27,7 @@ from sweep.web.replaying import AS_STORED
 from sweep.web.state import ViewState
 from tests.patience import PATIENCE
 from tests.studies import SMALL, launched
+from tests.web.scripts import frames_of
 
 STATE = ViewState(
     "nguyen2024",
@@ -73,7 +74,7 @@ def test_a_recording_has_every_frame_within_half_a_step_of_16_bits(
     content = content_of(file.content)
     assert content["steps"] == list(range(61))
     size = HEAD + 40 * BYTES_A_BOID
-    frames = base64.b64decode(content["frames"])
+    frames = frames_of(content)
     assert len(frames) == 61 * size
     for step in (0, 17, 60):
         one = frames[step * size : (step + 1) * size]

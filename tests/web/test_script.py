@@ -23,6 +23,8 @@ export function seen(place) {
 
 /** @type {number} */
 export const most = 3;
+
+export async function later() {}
 """
 ENTRY = """
 import {
@@ -47,7 +49,9 @@ function seen(place) {
 }
 
 const most = 3;
-return { seen, most };
+
+async function later() {}
+return { seen, most, later };
 })();
 
 const { most,

@@ -24,13 +24,15 @@ from sweep.web.page import STATIC
 from sweep.web.recording import recorded_run
 from sweep.web.running import recorded, simulation_of
 from sweep.web.state import ViewState, begin
-from tests.web.scripts import printed
+from tests.web.scripts import frames_of, printed
 
 SCRIPT = Template("""
+import { framesOf } from "$static/packed.js";
 import { Tape } from "$static/tape.js";
 import { Senses } from "$static/senses.js";
 import { Visits } from "$static/visits.js";
 const recording = $recording;
+recording.frames = await framesOf(recording.frames, recording.steps.length);
 const { senses: about, scene } = recording;
 const tape = new Tape(recording);
 const senses = new Senses(about, scene);
@@ -74,7 +76,7 @@ def tell(tmp_path: Path, state: ViewState) -> Told:
     said = {message["type"]: message for message in greeting}
     run = recorded_run(fly("a/study", state.job, state.plots), said, state.as_text())
     script = SCRIPT.substitute(static=STATIC.as_uri(), recording=json.dumps(run))
-    n, content = int(state.settings["n"]), base64.b64decode(run["frames"])
+    n, content = int(state.settings["n"]), frames_of(run)
     size = len(content) // len(run["steps"])
     places, units = [], []
     for at in range(0, len(content), size):
@@ -219,7 +221,7 @@ def test_a_boid_that_rests_sees_all_round_or_where_it_last_flew() -> None:
         resting = base64.b64decode(run["senses"]["resting"])
         bits = np.unpackbits(np.frombuffer(resting, np.uint8), bitorder="little")
         assert np.flatnonzero(bits).tolist() == ([10, 16] if all_round else [])
-        content = base64.b64decode(run["frames"])
+        content = frames_of(run)
         size = len(content) // 4
         headings = [content[at * size + HEAD.size + 4 * 6 + 4] for at in range(4)]
         before, first, second, after = headings

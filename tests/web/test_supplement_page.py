@@ -2,7 +2,6 @@
 marks are the numbers of the table, a click plays, a drag leafs through runs.
 """
 
-import base64
 import io
 import re
 from collections.abc import Callable, Iterator
@@ -26,6 +25,7 @@ from tests.explorer.supplements import FLOWN, content_of, written
 from tests.patience import PATIENCE
 from tests.searches import edited
 from tests.studies import launched
+from tests.web.scripts import frames_of
 from tests.web.test_axe import found
 
 GRID = edited(
@@ -404,7 +404,7 @@ def coloured(headings: NDArray[np.uint8]) -> NDArray[np.float64]:
 
 def recorded(run: dict[str, Any], frame: int) -> NDArray[np.float64]:
     """Return x, y and heading of the boids in a frame of a run."""
-    content = base64.b64decode(run["frames"])
+    content = frames_of(run)
     size = len(content) // len(run["steps"])
     _, _, _, n, *box = HEAD.unpack_from(content, frame * size)
     at = frame * size + HEAD.size

@@ -4,6 +4,7 @@
 
 import { bytesOf } from "./files.js";
 import { encode } from "./frames.js";
+import { unpacked } from "./packed.js";
 
 /** @import { Changed } from "./changed.js" */
 /**
@@ -24,13 +25,6 @@ const GOING = 0; // the state of a trial that is not lost
 const RETURNED = [0, -2];
 const SLICE = 30; // ms of computing between two looks at the reader
 const BOID_STEPS = 20000; // of a call, some 20 ms
-
-/** @param {string} text */
-async function unpacked(text) {
-  const packed = new Blob([bytesOf(text)]).stream();
-  const stream = packed.pipeThrough(new DecompressionStream("deflate"));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
-}
 
 /**
  * What is computed of a trial: frames so many steps apart of a world of this size, and

@@ -353,7 +353,7 @@ export interface Transport extends Partial<Listener> {
 /** What a page that plays from disk reads. */
 export interface RecordedPage {
   front: FrontMatter;
-  recording: Recording;
+  recording: Packed<Recording>;
 }
 
 export interface FrontMatter {
@@ -364,7 +364,12 @@ export interface FrontMatter {
   licence: string;
 }
 
-/** A run on a page; `frames` are in base64, as many bytes each, at `steps`. */
+/** A run in the text of a page, whose frames are packed. */
+export type Packed<R extends { frames: unknown }> =
+  & Omit<R, "frames">
+  & { frames: string };
+
+/** A run on a page; `frames` have as many bytes each, at `steps`. */
 export interface Recording {
   groups: Group[];
   metrics: Metric[];
@@ -375,8 +380,7 @@ export interface Recording {
   steps: number[];
   values: Record<string, (number | null)[]>;
   about: Record<string, string>;
-  /** In base64, or as the page has computed them. */
-  frames: string | Uint8Array<ArrayBuffer>;
+  frames: Uint8Array<ArrayBuffer>;
 }
 
 /**

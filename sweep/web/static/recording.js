@@ -2,6 +2,7 @@
 // how to cite it. An address that ends in ?embed shows the picture and its bar alone.
 
 import { button, make, short, spaced, unitText } from "./dom.js";
+import { framesOf } from "./packed.js";
 import { Player } from "./player.js";
 
 /** @import { FrontMatter, Recording, RecordedPage, Setting } from "./protocol.d.ts" */
@@ -74,7 +75,9 @@ function print(root, player) {
 }
 
 /** @param {HTMLElement} main @param {RecordedPage} page */
-function show(main, { front, recording }) {
+async function show(main, { front, recording: packed }) {
+  const { frames, steps } = packed;
+  const recording = { ...packed, frames: await framesOf(frames, steps.length) };
   const embedded = new URLSearchParams(location.search).has("embed");
   const root = make("div", { className: "boidsweep recorded" });
   const room = make("div");

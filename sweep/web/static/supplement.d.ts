@@ -1,7 +1,7 @@
 // What the page of a supplement reads, as types. The module sweep.explorer.supplement
 // writes it.
 
-import type { Scene, SensesOf } from "./protocol.d.ts";
+import type { Packed, Scene, SensesOf } from "./protocol.d.ts";
 
 /** An axis of numbers. */
 export interface SupplementAxis {
@@ -41,7 +41,7 @@ export interface SupplementRun {
   steps: number[];
   values: (number | null)[];
   senses: SensesOf;
-  frames: string | Uint8Array<ArrayBuffer>;
+  frames: Uint8Array<ArrayBuffer>;
   /** Of a trial that the page computes: until then there are no frames. */
   start: ComputedStart | null;
   /** Whether the metrics that the page has computed are the stored ones. */
@@ -147,6 +147,11 @@ export interface SupplementData {
   runs: SupplementRun[];
   computation: Computation;
 }
+
+/** The data in the text of the page. */
+export type SupplementText =
+  & Omit<SupplementData, "runs">
+  & { runs: Packed<SupplementRun>[] };
 
 declare global {
   /** What the page shows, for whoever looks at it from outside. */

@@ -7,16 +7,18 @@ import { button, make, short, unitText } from "./dom.js";
 import { download } from "./files.js";
 import { Computer } from "./computed.js";
 import { LivingCells } from "./living.js";
+import { framesOf } from "./packed.js";
 import { Player } from "./player.js";
 import { estimated, Plotted } from "./plotted.js";
 
 /** @import { Changed } from "./changed.js" */
-/** @import { Recording, State } from "./protocol.d.ts" */
+/** @import { Packed, Recording, State } from "./protocol.d.ts" */
 /**
  * @import {
  *   SupplementData,
  *   SupplementFront,
  *   SupplementRun,
+ *   SupplementText,
  * } from "./supplement.d.ts"
  */
 
@@ -541,6 +543,18 @@ class Numbers {
   }
 }
 
+/** @param {string} text @returns {Promise<SupplementData>} */
+async function read(text) {
+  /** @type {SupplementText} */
+  const { runs, ...others } = JSON.parse(text);
+  /** @param {Packed<SupplementRun>} run */
+  const open = async (run) => ({
+    ...run,
+    frames: await framesOf(run.frames, run.steps.length),
+  });
+  return { ...others, runs: await Promise.all(runs.map(open)) };
+}
+
 const main = document.querySelector("main");
 const content = document.getElementById("data")?.textContent;
 if (main && content) {
@@ -548,5 +562,5 @@ if (main && content) {
   const root = make("div", { className: "boidsweep supplement" });
   root.classList.toggle("embedded", embedded);
   main.append(root);
-  window.supplement = new Supplement(root, JSON.parse(content));
+  window.supplement = new Supplement(root, await read(content));
 }

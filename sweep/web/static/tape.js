@@ -1,6 +1,5 @@
 // The frames of a recording, by their place on it.
 
-import { bytesOf } from "./files.js";
 import { decode } from "./frames.js";
 
 /** @import { Recording } from "./protocol.d.ts" */
@@ -9,7 +8,7 @@ export class Tape {
   // All frames have as many bytes.
   /** @param {Pick<Recording, "frames" | "steps">} recording */
   constructor({ frames, steps }) {
-    this.bytes = typeof frames === "string" ? bytesOf(frames) : frames;
+    this.bytes = frames;
     this.steps = steps;
     this.size = this.bytes.length / steps.length;
   }
