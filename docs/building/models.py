@@ -5,9 +5,7 @@ from the publication, and all parameters with the values of each preset.
 import inspect
 import sys
 from collections.abc import Iterator, Mapping
-from contextlib import ExitStack
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 from docs.building.documents import ROOT
@@ -15,16 +13,14 @@ from docs.building.reference import cell, code, table
 from kernels.catalogue import Catalogue
 from kernels.model import Model
 from kernels.models import MODELS
-from sweep.campaigns import launch
 from sweep.cli.listing import spreads_text, torus_text
+from sweep.cli.supplementing import computed_page
 from sweep.design import Jobs, expand
-from sweep.explorer import PaperTexts, SupplementChoice, computed_metrics, planned
 from sweep.own_code.reading import named_model, study_of
 from sweep.published.publications import Publication, read_all
 from sweep.replays import write_picture
 from sweep.spec import Study
 from sweep.spec.settings import GROUPS, Setting, settings_of, usual_preset
-from sweep.tables import StoredStudy
 from sweep.workers import Loky, core_count
 
 PICTURES = "_models"
@@ -61,21 +57,14 @@ def draw_models(sources: Path) -> None:
 
 def write_computed(sources: Path) -> None:
     """Write the page of each model that computes trials, below the sources."""
-    with ExitStack() as stack:
-        results = Path(stack.enter_context(TemporaryDirectory()))
-        engine = Loky(core_count())
-        stack.callback(engine.stop)
+    engine = Loky(core_count())
+    try:
         for name, model in MODELS.items():
-            study = _computed(name, model)
-            launch(study, results, engine)
-            stored = StoredStudy(name, results)
-            job = Jobs(study, expand(study))[0]
-            choice = SupplementChoice(
-                metric=computed_metrics(job)[0], trials=("all",), compute=True
-            )
-            texts = PaperTexts(title=f"The model {name}")
-            page = planned(stored, choice, texts).content(engine, _unreported)
+            title = f"The model {name}"
+            page = computed_page(_computed(name, model), title, engine, _unreported)
             (sources / PICTURES / f"{name}.html").write_bytes(page)
+    finally:
+        engine.stop()
 
 
 def _computed(name: str, model: Model) -> Study:

@@ -1,7 +1,9 @@
 """The options of `sweep show --to`, and the written file."""
 
+from collections.abc import Callable
 from enum import StrEnum
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -10,7 +12,9 @@ from sweep.cli.progress_line import ProgressLine
 
 if TYPE_CHECKING:
     from sweep.explorer import PaperTexts, SupplementChoice
+    from sweep.spec import Study
     from sweep.tables import StoredStudy
+    from sweep.workers import ExecutorFactory
 
 FRAMES = 601
 PANEL = "With --to"
@@ -150,6 +154,51 @@ def write_supplement(
         engine.stop()
     with unfinished(to) as file:
         file.write(content)
+
+
+def computed_page(
+    study: "Study",
+    title: str,
+    engine: "ExecutorFactory",
+    report: Callable[[int, int], None],
+) -> bytes:
+    """Return a page that computes the trials of a study in the browser of the reader.
+
+    The trials run here too, so that the page can compare. No result is stored.
+
+    Parameters
+    ----------
+    study : Study
+        The trials. The page has all.
+    title : str
+    engine : ExecutorFactory
+        Runs the trials.
+    report : callable
+        Callback with the numbers of finished and of all trials of the page.
+
+    Raises
+    ------
+    ChoiceError
+        If a page cannot compute the trials.
+    """
+    from sweep.campaigns import launch
+    from sweep.design import Jobs, expand
+    from sweep.explorer import (
+        PaperTexts,
+        SupplementChoice,
+        computed_metrics,
+        planned,
+    )
+    from sweep.tables import StoredStudy
+
+    metrics = computed_metrics(Jobs(study, expand(study))[0])
+    choice = SupplementChoice(
+        metric=metrics[0] if metrics else "", trials=("all",), compute=True
+    )
+    with TemporaryDirectory(prefix="boidsweep-page-") as results:
+        launch(study, Path(results), engine)
+        stored = StoredStudy(study.name, Path(results))
+        return planned(stored, choice, PaperTexts(title=title)).content(engine, report)
 
 
 def check_file(to: Path, *, force: bool) -> None:

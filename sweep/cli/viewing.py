@@ -12,6 +12,7 @@ import typer
 
 from sweep.cli.app import (
     CodeFrom,
+    Force,
     Group,
     LaunchFile,
     NoCode,
@@ -28,6 +29,9 @@ if TYPE_CHECKING:
     from sweep.spec import Study
     from sweep.tables import StoredStudy, StoredTrial
     from sweep.web import Show, ViewState
+
+REPLICATES = 3
+"""Trials in a page that computes them, if the seed is free."""
 
 
 @app.command(rich_help_panel=Group.explore)
@@ -73,6 +77,15 @@ def view(
             help="Value of a parameter, such as n=50. Repeatable.",
         ),
     ] = None,
+    to: Annotated[
+        Path | None,
+        typer.Option(
+            "--to",
+            metavar="FILE.html",
+            help="File for a page that runs the first trials in the browser of the"
+            " reader, without a server (extra wasm).",
+        ),
+    ] = None,
     port: Annotated[
         int,
         typer.Option(min=0, max=65535, help="Port of the server; 0 = a free port."),
@@ -87,6 +100,7 @@ def view(
     ] = False,
     results: Results = Path("results"),
     launch: LaunchFile = None,
+    force: Force = False,
     no_code: NoCode = False,
     code_from: CodeFrom = None,
     trust: Trust = False,
@@ -94,12 +108,14 @@ def view(
     """Open the live simulator in the browser.
 
     Shows demos, a model, a spec, a study, or a stored trial that runs again. The server
-    answers on this machine only. Ctrl-C ends the server.
+    answers on this machine only. Ctrl-C ends the server. With --to, the command writes
+    a file instead, which needs neither server nor Python.
 
     Examples
     --------
     sweep view --model nguyen2024 --set n=50
     sweep view spec.yaml
+    sweep view --model vicsek1995 --to swarm.html
     """
     if source and (model or preset or map_name):
         stop(
@@ -114,6 +130,10 @@ def view(
     link = source if source and _is_link(source) else ""
     if link and (trial or settings or launch):
         stop("an address of Copy as link excludes a trial, --set and --launch")
+    if to and (trial or launch):
+        stop("--to writes a page of first trials, and excludes a trial and --launch")
+    if force and not to:
+        stop("--force replaces the file of --to, which is missing")
     if launch:
         _check_launch(launch, source, model)
     if trial and settings:
@@ -134,7 +154,11 @@ def view(
         else:
             state = _chosen(model, preset, map_name, code=not no_code)
         catalogue = state.catalogue
-        begin = _live(_with(settings, state))
+        state = _with(settings, state)
+        if to:
+            _write_page(state, to, force=force)
+            return
+        begin = _live(state)
     chosen = source or model or preset or map_name or settings
     launcher = None
     site = PageSite()
@@ -156,6 +180,39 @@ def view(
         server.run()
     if launcher and (message := launcher.leave()):
         print(message, file=sys.stderr)
+
+
+def _write_page(state: "ViewState", to: Path, *, force: bool) -> None:
+    """Write a page that computes REPLICATES trials of the state of a simulator."""
+    from kernels.catalogue import BUILT_IN
+    from sweep.cli.progress_line import ProgressLine
+    from sweep.cli.supplementing import check_file, computed_page
+    from sweep.own_code import study_of
+    from sweep.tables import unfinished
+    from sweep.workers import Loky, core_count
+
+    check_file(to, force=force)
+    if state.catalogue is not BUILT_IN:
+        stop(
+            f"--to {to}: only without custom code; launch a study, and use sweep show"
+            f" STUDY --to {to} --compute"
+        )
+    spec = state.as_spec()
+    if "seeds" not in spec:
+        spec["replicates"] = max(spec["replicates"], REPLICATES)
+    engine = Loky(core_count())
+    try:
+        page = computed_page(
+            study_of(spec),
+            f"The model {state.model}",
+            engine,
+            ProgressLine(str(to), "trials").show,
+        )
+    finally:
+        engine.stop()
+    with unfinished(to) as file:
+        file.write(page)
+    print(to)
 
 
 def _check_launch(file: Path, source: str | None, model: str | None) -> None:

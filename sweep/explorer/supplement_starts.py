@@ -91,7 +91,9 @@ def check_computed(jobs: Sequence[Job], metric: str, study: str) -> None:
     missing = [name for name in PACKAGES if find_spec(name) is None]
     if missing:
         raise ChoiceError(
-            f"--compute needs {' and '.join(missing)}: {installing('wasm')}", study
+            f"a page that computes trials needs {' and '.join(missing)}:"
+            f" {installing('wasm')}",
+            study,
         )
     reasons: dict[str, Job] = {}
     for job in jobs:
@@ -101,7 +103,11 @@ def check_computed(jobs: Sequence[Job], metric: str, study: str) -> None:
         listed = [f"{why} (point {job.point})" for why, job in reasons.items()]
         raise ChoiceError(
             "\n  ".join(
-                ["a page cannot compute the trials; leave out --compute:", *listed]
+                [
+                    "a page cannot compute the trials; a figure without --compute can"
+                    " show such trials:",
+                    *listed,
+                ]
             ),
             study,
         )

@@ -362,7 +362,7 @@ def test_metrics_that_a_page_cannot_compute_are_refused(
     study = launched(text.replace("dispersion", "flock_radius"), tmp_path)
     with pytest.raises(ChoiceError) as raised:
         plan_of(study, metric=metric, compute=True)
-    assert "leave out --compute" in str(raised.value)
+    assert "without --compute" in str(raised.value)
     assert words in str(raised.value)
 
 

@@ -308,14 +308,21 @@ def launches_of(place: Location, pair: tuple[str, ...]) -> list[Launch]:
 def in_a_folder(
     pair: tuple[str, ...], damaged: str, folder: Path
 ) -> Callable[[], World]:
-    template, numbers, met = folder / "template", itertools.count(), set[int]()
+    template = folder / "template"
+    numbers = itertools.count()
+    met = set[int]()
+    left = list[Path]()
     fill(template, damaged)
     for file in template.glob("parts/*-d1/trials.parquet"):
         os.truncate(file, 10)
 
     def make() -> World:
+        # A world whose order was not followed to its end was not checked.
+        while left:
+            shutil.rmtree(left.pop())
         place = folder / f"{next(numbers)}"
         shutil.copytree(template, place)
+        left.append(place)
         _watched[:] = [str(place)]
         launches = launches_of(place, pair)
 
@@ -333,7 +340,6 @@ def in_a_folder(
             files = [file for file in place.rglob("*") if file.is_file()]
             content = {(str(one.relative_to(place)), one.read_bytes()) for one in files}
             check(place, content, launches, damaged, met)
-            shutil.rmtree(place)
 
         return World(launches, state, checked)
 

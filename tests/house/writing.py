@@ -78,6 +78,9 @@ OTHERWISE = {
     "sweep/sharing/certificate.py TemporaryDirectory": (
         "a packed study, loaded for a comparison; the folder is deleted"
     ),
+    "sweep/cli/supplementing.py TemporaryDirectory": (
+        "trials of a page, which are stored nowhere else; the folder is deleted"
+    ),
     "sweep/tables/outputs.py TemporaryDirectory": (
         "for programs that know paths only; nobody else may enter it"
     ),

@@ -26,7 +26,9 @@ from sweep.web import STATIC
 from sweep.web.encoding import HEAD, SPAN
 from tests.builders import exact_jobs
 from tests.builders import job as a_job
+from tests.commands import sweep
 from tests.explorer.supplements import FLOWN, content_of, page_of
+from tests.own_models import OTHER_RULE
 from tests.studies import launched
 from tests.trial import test_all_layers
 from tests.web.scripts import frames_of, printed, unpacked
@@ -131,6 +133,29 @@ def test_changed_settings_have_the_bits_of_a_trial_with_them(
     alone = run(replace(job, settings=job.settings | chosen))
     assert changed["values"][-1] == alone.last["speed"] != run_["stored"]
     assert not changed["same"]
+
+
+def test_the_simulator_becomes_a_page_that_computes(tmp_path: Path) -> None:
+    """Nothing is stored beside the file, which is not replaced."""
+    chosen = ("--model", "nguyen2024", "--set", "n=12", "--set", "steps=30")
+    asked = ("view", *chosen, "--to", "swarm.html")
+    done = sweep(tmp_path, *asked)
+    assert (done.returncode, done.stdout) == (0, "swarm.html\n")
+    assert [path.name for path in tmp_path.iterdir()] == ["swarm.html"]
+    content = content_of((tmp_path / "swarm.html").read_bytes())
+    assert content["front"]["title"] == "The model nguyen2024"
+    metric = content["figure"]["metric"]["name"]
+    about = content | {"metric": metric, "size": [600.0, 400.0]}
+    runs = computed_runs(about, tmp_path)
+    assert [one["same"] for one in runs] == [True] * 3
+    again = sweep(tmp_path, *asked)
+    assert again.returncode == 2
+    assert "exists already; --force replaces it" in again.stderr
+    trial = sweep(tmp_path, "view", "small", "0123", "--to", "new.html")
+    assert "--to writes a page of first trials" in trial.stderr
+    (tmp_path / "other.py").write_text(OTHER_RULE)
+    own = sweep(tmp_path, "view", "--model", "./other.py", "--to", "new.html")
+    assert "use sweep show STUDY --to new.html --compute" in own.stderr
 
 
 def test_what_a_requirement_names_has_no_slider() -> None:
