@@ -66,7 +66,7 @@ def test_shorter_steps_come_nearer_to_the_equations() -> None:
     c = 0.01 * n / (n - 1)
     start = {"start_radius": 60, "start_center_x": 200, "start_center_y": 200}
     a_job = job("vortex", "standard", ["flock_radius"], n=n, steps=3000, **start)
-    settings = settings_of(a_job.model, a_job.known)
+    settings = settings_of(a_job.model, a_job.catalogue)
     for parts in (1, 2, 4):
         cut = {
             name: setting.coerce(setting.in_parts(a_job.settings[name], parts))

@@ -258,7 +258,7 @@ def test_a_trial_that_cannot_be_summed_up_harms_no_other(
 def test_values_that_a_metric_leaves_are_none(at: int) -> None:
     """As on a processor, and not what was in the memory of a device before."""
     jobs = some(2)
-    known = jobs[0].known
+    known = jobs[0].catalogue
     skips = known.metrics["speed"]._replace(measure=(nothing, every_second)[at > 0])
     metrics = {**known.metrics, "speed": skips}
     own = replace(known, metrics=metrics)
