@@ -18,6 +18,7 @@ from tests.plotted import made_up, study
 from tests.sampled import axis
 
 FIGURES: dict[str, Callable[[], Figure]] = {
+    "logarithmic": lambda: scatter_figure(study("drawn"), "speed", "cohesion_weight"),
     "scatter": lambda: scatter_figure(study("grid"), "speed"),
     "heatmap": lambda: heatmap_figure(study("grid"), "speed"),
     "parallel": lambda: parallel_figure(made_up(axis("random", 30)), "speed"),
