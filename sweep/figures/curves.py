@@ -291,12 +291,14 @@ def _coinciding(layout: Curves, tables: Sequence[pd.DataFrame]) -> str:
         width = RESOLVED * _height([table for _, table in panels])
         for title, table in panels:
             if sizes := _sizes_of_groups(table, width):
-                place = ", ".join(filter(None, [metric.replace("_", " "), title]))
+                named_metric = len(layout.metrics) > 1 or not title
+                names = [metric.replace("_", " ") if named_metric else "", title]
+                place = ", ".join(filter(None, names))
                 number = table[LINE].nunique()
-                texts.append(f"{' and '.join(map(str, sizes))} of {number} in {place}")
+                texts.append(f"{' and '.join(map(str, sizes))} of {number} ({place})")
     if not texts:
         return ""
-    return f"\ncurves coincide within the width of a line: {'; '.join(texts)}"
+    return f"\ncurves coincide within the width of a line: {', '.join(texts)}"
 
 
 def _height(tables: Sequence[pd.DataFrame]) -> float:
@@ -310,7 +312,7 @@ def _height(tables: Sequence[pd.DataFrame]) -> float:
 
 
 def _sizes_of_groups(table: pd.DataFrame, width: float) -> list[int]:
-    """Return the numbers of curves that coincide with a curve before them."""
+    """Return the sizes of groups of curves that coincide with a first curve."""
     groups: list[list[pd.Series[float]]] = []
     for _, rows in table.groupby(LINE, sort=False):
         curve = rows.set_index("x")["mean"]

@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib import colormaps, style
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import ListedColormap, Normalize, SymLogNorm
+from matplotlib.colors import Colormap, ListedColormap, Normalize, SymLogNorm
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.patches import Rectangle
 
@@ -241,11 +241,14 @@ def _block(
     )
     finite = _finite(map(values, chain(*panels)))
     scale, linear = _scale(finite)
+    constant = len(finite) > 0 and bool(equal(finite.min(), finite.max()))
+    ramp: Colormap = colormaps[colours]
+    shown = ListedColormap([ramp(0.5)]) if constant else ramp
     for axes, facet, layers in zip(
         tidy_grid(grid, len(panels)), layout.facets, panels, strict=True
     ):
         for cells in layers:
-            _mesh(axes, cells, values(cells), scale, colours=colours)
+            _mesh(axes, cells, values(cells), scale, colours=shown)
         for cells in layers:
             write(axes, cells, scale(values(cells)))
         label_setting(layout.selection, layout.x, axes)
@@ -254,8 +257,6 @@ def _block(
         title_panel(axes, facet.title.split(", "), across)
     block.supxlabel(axis_label(layout.selection, layout.x), fontsize=9)
     block.supylabel(axis_label(layout.selection, layout.y), fontsize=9)
-    constant = len(finite) > 0 and bool(equal(finite.min(), finite.max()))
-    shown = ListedColormap([colormaps[colours](0.5)]) if constant else colours
     block.colorbar(
         ScalarMappable(scale, shown),
         ax=list(grid.ravel()),
@@ -290,7 +291,7 @@ def _scale(finite: Floats) -> tuple[Normalize, float]:
 
 
 def _mesh(
-    axes: Axes, cells: Cells, value: Floats, scale: Normalize, colours: str
+    axes: Axes, cells: Cells, value: Floats, scale: Normalize, colours: Colormap
 ) -> None:
     axes.grid(visible=False)
     shown = np.ma.masked_invalid(np.where(cells.shown, value, np.nan))

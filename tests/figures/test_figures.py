@@ -105,7 +105,7 @@ def test_curves_that_one_of_them_hides_are_counted(study: StoredStudy) -> None:
         )
         return plotted.shown(metric_curves(part, metrics=["speed", "dispersion"]))
 
-    sentence = "curves coincide within the width of a line: 2 of 2 in speed"
+    sentence = "curves coincide within the width of a line: 2 of 2 (speed)"
     assert note(0.0).endswith(sentence)
     assert note(0.09).endswith(sentence)
     assert "coincide" not in note(0.2)

@@ -81,8 +81,9 @@ def test_numbers_of_a_short_axis_have_no_powers() -> None:
     (axes,) = figure.axes
     axes.set_ylim(3.5, 7.5)
     figure.draw_without_rendering()
-    labels = [label.get_text() for label in axes.get_yticklabels(which="both")]
-    assert [label for label in labels if label] == ["4", "6"]
+    labels = {label.get_text() for label in axes.get_yticklabels(which="both")}
+    assert {"4", "5", "6", "7"} <= labels
+    assert not any("$" in label for label in labels)  # raised, smaller letters
 
 
 def test_one_point_does_not_stretch_the_axis() -> None:
@@ -95,7 +96,7 @@ def test_one_point_does_not_stretch_the_axis() -> None:
     figure = narrowing_figure(part, "speed")
     (axes,) = figure.axes
     widths = half_widths(narrowing_layout(part, "speed", by=None))["half"]
-    assert axes.get_ylim()[0] == pytest.approx(1e-3 * widths.median())
+    assert axes.get_ylim()[0] == widths[widths > 1e-3].min()
     assert "1 point has half-widths below the axis" in shown(figure)
     (panel,) = marks_of(part, Choices(("speed",))).panels
     assert panel.y.low == axes.get_ylim()[0]

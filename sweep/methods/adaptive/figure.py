@@ -43,7 +43,7 @@ from sweep.text import so_many
 FEWEST = 6
 """With fewer trials a point has at most three half-widths, which show no slope."""
 LOWEST = 1e-3
-"""The lower end of the axis, relative to the median half-width."""
+"""The least half-width that stretches the axis, relative to the median half-width."""
 MOST_PLAIN = 60
 """Up to this number, lines are opaque; more lines are pale."""
 
@@ -199,8 +199,8 @@ def _drawn(widths: pd.DataFrame) -> pd.DataFrame:
 
 def _low(drawn: pd.DataFrame) -> float | None:
     """Return the lower end of the axis if half-widths are far below the median."""
-    low = LOWEST * float(drawn["half"].median())
-    return low if (drawn["half"] < low).any() else None
+    near = drawn["half"] >= LOWEST * drawn["half"].median()
+    return None if near.all() else float(drawn["half"][near].min())
 
 
 def _reference(drawn: pd.DataFrame) -> MarkedLine:
