@@ -70,6 +70,7 @@ def figure(watched: Watched, question: AskFigure) -> dict[str, Any]:
         "colours": marks.colours,
         "note": marks.note,
         "thinned": marks.thinned,
+        "linear": marks.linear,
         "metrics": marks.metrics,
         "formats": FORMATS,
         "widths": WIDTHS,

@@ -19,6 +19,8 @@ from sweep.figures import (
     cell_boxes,
     has_scale,
     is_logarithmic,
+    linear_part,
+    metric_label,
     quantity,
 )
 from sweep.spec import Column
@@ -124,6 +126,7 @@ def figure_data(
     study = selection.study
     name = str(column)
     counts = table.rows[f"{name}_n"]
+    linear = linear_part(table.rows[name])
     each = {"cells": "one cell", "rows": "one row"}.get(form.form, "one mark")
     note = selection.note(
         f"{each} per point, {{n}} trials per point",
@@ -139,7 +142,8 @@ def figure_data(
             "text": _text(study, column.metric),
             "unit": study.units.get(column.metric, ""),
         },
-        "label": quantity(study, name),
+        "label": metric_label(quantity(study, name), linear),
+        "linear": linear,
         "says": f"mean over {study.averaged}" if column.half else "at the last frame",
         "note": note,
         "x": _axis(selection, form.x),

@@ -49,6 +49,9 @@ from .saving import save as save
 from .saving import saved_about as saved_about
 from .scales import axis_label as axis_label
 from .scales import is_logarithmic as is_logarithmic
+from .scales import linear_part as linear_part
+from .scales import make_logarithmic as make_logarithmic
+from .scales import metric_label as metric_label
 from .scatter import scatter_figure as scatter_figure
 from .selection import MOST_BY_DEFAULT as MOST_BY_DEFAULT
 from .selection import MOST_COLOURS as MOST_COLOURS

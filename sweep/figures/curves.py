@@ -35,7 +35,7 @@ from sweep.figures.marks import (
     legend_of_marks,
 )
 from sweep.figures.planning import Choices, FigureKind, Planned
-from sweep.figures.scales import is_logarithmic
+from sweep.figures.scales import TickNumbers, is_logarithmic
 from sweep.figures.selection import (
     MOST_COLOURS,
     Facet,
@@ -51,6 +51,11 @@ from sweep.text import unknown
 
 MOST_LINES = 60
 """The most values of a numeric parameter that a colour bar distinguishes."""
+RESOLVED = 0.01
+"""The width of a line, as a fraction of the height of a panel.
+
+Lines of 1.4 points are drawn in panels of about 2 inches.
+"""
 LINE = "_line"
 
 
@@ -73,8 +78,13 @@ class Curves(NamedTuple):
     @property
     def x(self) -> MarkedAxis:
         """The axis of frames, or of times."""
-        label = f"time ({self.time})" if self.time else "frame (steps)"
+        label = f"time ({self.time})" if self.time else "time (steps)"
         return MarkedAxis("frame", label)
+
+    @property
+    def panels(self) -> list[tuple[str, Facet]]:
+        """The metric and the facet of each panel."""
+        return [(metric, facet) for metric in self.metrics for facet in self.facets]
 
 
 def metric_curves(
@@ -216,15 +226,19 @@ def _lines(selection: Selection, by: str | None) -> str | None:
 def draw_curves(layout: Curves) -> Figure:
     """Draw the figure of a layout."""
     selection, metrics, by, facets, *_ = layout
-    panels = [(metric, facet) for metric in metrics for facet in facets]
+    panels = layout.panels
+    tables = [_means(layout, metric, facet) for metric, facet in panels]
     with style.context(STYLE):
         across = min(3 if len(facets) > 2 else 2, len(panels))
         down = -(-len(panels) // across)
         figure = Figure(figsize=(max(3.6 * min(across, 2), 4.2), 2.5 * down + 0.7))
         grid = figure.subplots(down, across, squeeze=False).ravel()
-        for axes, (metric, facet) in zip(grid, panels, strict=False):
-            _curve_panel(axes, layout, metric, facet)
+        for axes, (metric, facet), table in zip(grid, panels, tables, strict=False):
+            _curve_panel(axes, layout, metric, facet, table=table)
             title_panel(axes, [facet.title], across)
+        for place, axes in enumerate(grid):
+            repeated = len(metrics) == 1 and place % across > 0
+            axes.yaxis.label.set_visible(not repeated)
         for start in range(0, len(panels), len(facets)):
             _one_scale(grid[start : start + len(facets)])
         for axes in grid[len(panels) :]:
@@ -234,6 +248,7 @@ def draw_curves(layout: Curves) -> Figure:
                 ScalarMappable(_norm(layout), "viridis"),
                 ax=list(grid),
                 label=quantity(selection.study, by),
+                format=TickNumbers() if is_logarithmic(selection, by) else None,
             )
         elif by:
             labels = [words(value) for value in selection.values(by)]
@@ -242,11 +257,11 @@ def draw_curves(layout: Curves) -> Figure:
             ]
             title = quantity(selection.study, by)
             legend_of(figure, handles, labels, title)
-        note(figure, _note(layout))
+        note(figure, _note(layout, tables))
     return figure
 
 
-def _note(layout: Curves) -> str:
+def _note(layout: Curves, tables: Sequence[pd.DataFrame]) -> str:
     selection = layout.selection
     trials = selection.trials
     counts = trials[trials["status"] == "done"].groupby("point").size()
@@ -256,13 +271,68 @@ def _note(layout: Curves) -> str:
     note = selection.note(
         "{n} trials per curve", counts, interval, shown=layout.metrics
     )
+    note += _coinciding(layout, tables)
     return note + (TRIALS_NOTE if layout.trials else "")
 
 
-def _curve_panel(axes: Axes, layout: Curves, metric: str, facet: Facet) -> None:
+def _coinciding(layout: Curves, tables: Sequence[pd.DataFrame]) -> str:
+    """Return the note about curves that one of them hides, or "".
+
+    Curves coincide if no two means of a frame are farther apart than a line is wide.
+    `tables` has the curves of each panel.
+    """
+    texts = []
+    for metric in layout.metrics:
+        panels = [
+            (facet.title, table)
+            for (name, facet), table in zip(layout.panels, tables, strict=True)
+            if name == metric
+        ]
+        width = RESOLVED * _height([table for _, table in panels])
+        for title, table in panels:
+            if sizes := _sizes_of_groups(table, width):
+                named_metric = len(layout.metrics) > 1 or not title
+                names = [metric.replace("_", " ") if named_metric else "", title]
+                place = ", ".join(filter(None, names))
+                number = table[LINE].nunique()
+                texts.append(f"{' and '.join(map(str, sizes))} of {number} ({place})")
+    if not texts:
+        return ""
+    return f"\ncurves coincide within the width of a line: {', '.join(texts)}"
+
+
+def _height(tables: Sequence[pd.DataFrame]) -> float:
+    """Return the height of the axis that panels of a metric share."""
+    values = pd.concat(tables)[["mean", "low", "high"]].to_numpy(np.float64)
+    values = values[np.isfinite(values)]
+    if not len(values):
+        return 0.0
+    positive = all(table.empty or table["mean"].min() >= 0.0 for table in tables)
+    return float(values.max() - (0.0 if positive else values.min()))
+
+
+def _sizes_of_groups(table: pd.DataFrame, width: float) -> list[int]:
+    """Return the sizes of groups of curves that coincide with a first curve."""
+    groups: list[list[pd.Series[float]]] = []
+    for _, rows in table.groupby(LINE, sort=False):
+        curve = rows.set_index("x")["mean"]
+        for group in groups:
+            first = group[0]
+            if first.index.equals(curve.index) and np.allclose(
+                first, curve, rtol=0.0, atol=width, equal_nan=True
+            ):
+                group.append(curve)
+                break
+        else:
+            groups.append([curve])
+    return [len(group) for group in groups if len(group) > 1]
+
+
+def _curve_panel(
+    axes: Axes, layout: Curves, metric: str, facet: Facet, *, table: pd.DataFrame
+) -> None:
     selection = layout.selection
     by = layout.by
-    table = _means(layout, metric, facet)
     lines: dict[object, pd.DataFrame] = dict(iter(table.groupby(LINE, sort=False)))
     if layout.trials:
         trials = _trials(layout, metric, facet)
@@ -406,15 +476,16 @@ def marks(study: Results, choices: Choices) -> FigureMarks:
     by = layout.by
     (metric,) = layout.metrics
     y = MarkedAxis(metric, quantity(selection.study, metric))
+    tables = [_means(layout, metric, facet) for facet in layout.facets]
     panels = [
         MarkedPanel(
             facet.title,
             layout.x,
             y,
-            _marked(layout, metric, facet),
+            _marked(layout, facet, table),
             trials=_trials(layout, metric, facet) if layout.trials else None,
         )
-        for facet in layout.facets
+        for facet, table in zip(layout.facets, tables, strict=True)
     ]
     numbers = range(len(selection.values(by)) if by else 1)
     colours = tuple(to_hex(_looks(layout, number)["color"]) for number in numbers)
@@ -423,17 +494,16 @@ def marks(study: Results, choices: Choices) -> FigureMarks:
         "lines",
         (metric,),
         panels,
-        _note(layout),
+        _note(layout, tables),
         by=legend,
         values=values,
         colours=colours,
     )
 
 
-def _marked(layout: Curves, metric: str, facet: Facet) -> pd.DataFrame:
+def _marked(layout: Curves, facet: Facet, table: pd.DataFrame) -> pd.DataFrame:
     selection = layout.selection
     by = layout.by
-    table = _means(layout, metric, facet)
     values = selection.values(by) if by else [""]
     order = {value: number for number, value in enumerate(values)}
     points = selection.points.loc[facet.points]

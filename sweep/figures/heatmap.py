@@ -1,25 +1,39 @@
 """A metric over two parameters: means and half-widths of the confidence intervals."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
 from itertools import chain
 
 import numpy as np
 import pandas as pd
-from matplotlib import style
+from matplotlib import colormaps, style
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
+from matplotlib.colors import Colormap, ListedColormap, Normalize, SymLogNorm
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.patches import Rectangle
 
 from sweep.analysis import equal
 from sweep.errors import ChoiceError
 from sweep.figures.cells import Cells, Heatmap, binned, cell_table, layers_of, span_of
-from sweep.figures.drawing import note, quantity, span, tidy_grid, title_panel
+from sweep.figures.drawing import (
+    note,
+    quantity,
+    span,
+    tidy_grid,
+    title_panel,
+    y_label,
+)
 from sweep.figures.marks import FigureMarks, MarkedAxis, MarkedPanel, axis_of
 from sweep.figures.planning import Choices, FigureKind, Planned
-from sweep.figures.scales import Floats, axis_label, label_setting
+from sweep.figures.scales import (
+    Floats,
+    TickNumbers,
+    axis_label,
+    label_setting,
+    linear_part,
+    metric_label,
+)
 from sweep.figures.selection import Selection, has_scale, recorded, select
 from sweep.figures.style import STYLE
 from sweep.spec import Column, Over, column_over
@@ -225,12 +239,16 @@ def _block(
     grid = block.subplots(
         -(-len(panels) // across), across, sharex=True, sharey=True, squeeze=False
     )
-    scale = _scale([values(cells) for cells in chain(*panels)])
+    finite = _finite(map(values, chain(*panels)))
+    scale, linear = _scale(finite)
+    constant = len(finite) > 0 and bool(equal(finite.min(), finite.max()))
+    ramp: Colormap = colormaps[colours]
+    shown = ListedColormap([ramp(0.5)]) if constant else ramp
     for axes, facet, layers in zip(
         tidy_grid(grid, len(panels)), layout.facets, panels, strict=True
     ):
         for cells in layers:
-            _mesh(axes, cells, values(cells), scale, colours=colours)
+            _mesh(axes, cells, values(cells), scale, colours=shown)
         for cells in layers:
             write(axes, cells, scale(values(cells)))
         label_setting(layout.selection, layout.x, axes)
@@ -240,34 +258,40 @@ def _block(
     block.supxlabel(axis_label(layout.selection, layout.x), fontsize=9)
     block.supylabel(axis_label(layout.selection, layout.y), fontsize=9)
     block.colorbar(
-        ScalarMappable(scale, colours),
+        ScalarMappable(scale, shown),
         ax=list(grid.ravel()),
-        label=label,
+        label=y_label(metric_label(label, linear)) if linear else label,
+        ticks=finite[:1] if constant else None,
+        format=TickNumbers() if linear else None,
         shrink=0.9,
         pad=0.02,
     )
 
 
-def _scale(values: list[Floats]) -> Normalize:
-    """Return the colour scale of all panels.
+def _finite(values: Iterable[Floats]) -> Floats:
+    """Return the finite values of all cells."""
+    return np.concatenate([value[np.isfinite(value)] for value in values])
 
-    Values that are equal except for rounding get a wider scale. Then all values have
-    one colour, and the numbers at the colour bar are readable.
+
+def _scale(finite: Floats) -> tuple[Normalize, float]:
+    """Return the colour scale of finite values, and the end of its linear part.
+
+    Values that are equal except for rounding have the colour in the middle.
     """
-    finite = np.concatenate([value[np.isfinite(value)] for value in values])
     if not len(finite):
-        return Normalize(0.0, 1.0)
+        return Normalize(0.0, 1.0), 0.0
     low = float(finite.min())
     high = float(finite.max())
     if equal(low, high):
         room = WIDENED * (abs(high) or 1.0)
-        low -= room if low else 0.0
-        high += room
-    return Normalize(low, high)
+        return Normalize(low - room, high + room), 0.0
+    if linear := linear_part(finite):
+        return SymLogNorm(linear, vmin=low, vmax=high), linear
+    return Normalize(low, high), 0.0
 
 
 def _mesh(
-    axes: Axes, cells: Cells, value: Floats, scale: Normalize, colours: str
+    axes: Axes, cells: Cells, value: Floats, scale: Normalize, colours: Colormap
 ) -> None:
     axes.grid(visible=False)
     shown = np.ma.masked_invalid(np.where(cells.shown, value, np.nan))
@@ -405,8 +429,9 @@ def marks(study: Results, choices: Choices) -> FigureMarks:
     ]
     note = _note(layout, table, layers)
     shown = (Column.read(metric).metric,)
-    by = quantity(selection.study, metric)
-    return FigureMarks("cells", shown, panels, note, by=by)
+    linear = linear_part(_finite(map(_means, chain(*layers))))
+    by = metric_label(quantity(selection.study, metric), linear)
+    return FigureMarks("cells", shown, panels, note, by=by, linear=linear)
 
 
 def _marked_axis(layout: Heatmap, name: str) -> MarkedAxis:

@@ -12,7 +12,12 @@ import pandas as pd
 
 from sweep.errors import ChoiceError
 from sweep.figures.drawing import quantity, words
-from sweep.figures.scales import axis_label, is_logarithmic
+from sweep.figures.scales import (
+    axis_label,
+    is_logarithmic,
+    linear_part,
+    metric_label,
+)
 from sweep.figures.selection import Selection, has_scale
 from sweep.figures.style import COLOURS
 
@@ -30,7 +35,8 @@ class MarkedAxis(NamedTuple):
 
     `names` are the names of the positions 0, 1, ... if the values are not numbers.
     Ticks are at the `listed` values. Marks beyond `low` or `high` are drawn at the
-    edge.
+    edge. An axis with a `linear` part ends the part at ±`linear`, and is logarithmic
+    beyond; see `sweep.figures.scales.linear_part`.
     """
 
     name: str
@@ -40,6 +46,7 @@ class MarkedAxis(NamedTuple):
     listed: tuple[float, ...] = ()
     low: float | None = None
     high: float | None = None
+    linear: float = 0.0
 
 
 class MarkedLine(NamedTuple):
@@ -85,6 +92,8 @@ class FigureMarks(NamedTuple):
     of the point behind a mark, or several ids with spaces in between. `metrics` have
     the form that `sweep plot --metric` takes. `note` is the text below the figure.
     `thinned` reports how many marks are left, and is "" if all marks are left.
+    `linear` is the end of the linear part of the colours of cells, as on a
+    `MarkedAxis`.
     """
 
     form: str
@@ -95,6 +104,7 @@ class FigureMarks(NamedTuple):
     values: tuple[str, ...] = ()
     colours: tuple[str, ...] = COLOURS
     thinned: str = ""
+    linear: float = 0.0
 
 
 def axis_of(selection: Selection, name: str) -> MarkedAxis:
@@ -107,6 +117,24 @@ def axis_of(selection: Selection, name: str) -> MarkedAxis:
         return MarkedAxis(name, label, logarithmic, listed=ticks)
     names = tuple(words(value) for value in selection.values(name))
     return MarkedAxis(name, label, names=names)
+
+
+def axis_of_metric(
+    selection: Selection, name: str, values: "pd.Series[float]"
+) -> MarkedAxis:
+    """Return the axis of a metric, on a scale that suits the values.
+
+    Parameters
+    ----------
+    selection : Selection
+    name : str
+        Column of the metric.
+    values : Series
+        The values in all panels of the figure.
+    """
+    linear = linear_part(values)
+    label = metric_label(quantity(selection.study, name), linear)
+    return MarkedAxis(name, label, linear=linear)
 
 
 def colours_of(

@@ -220,7 +220,7 @@ def _axis(axes: Axes, place: int, upright: Upright) -> None:
             linewidth=0.9,
             zorder=3,
         )
-        box = {"facecolor": "white", "alpha": 0.75, "pad": 0.6, "linewidth": 0}
+        box = {"facecolor": "white", "alpha": 1.0, "pad": 0.6, "linewidth": 0}
         axes.text(
             place - 0.035,
             height,

@@ -29,6 +29,8 @@ THINNER = 7.0 / 9.0
 """Sizes of text and lines in print, relative to the style of all figures."""
 FLATTEST = 0.75
 """The least relative height of a figure in print: narrow panels need height."""
+COMPLETE = "DejaVu Sans"
+"""The font with all signs, such as raised numbers, that another font may lack."""
 DOTS = 300
 """Dots per inch that journals require."""
 
@@ -197,7 +199,7 @@ def _fit(figure: Figure, size: PrintSize) -> None:
         least, most = POINTS
         text.set_fontsize(min(max(THINNER * float(text.get_fontsize()), least), most))
         if size.font:
-            text.set_fontfamily(size.font)
+            text.set_fontfamily([size.font, COMPLETE])
     for line in figure.findobj(Line2D):
         assert isinstance(line, Line2D)
         line.set_linewidth(THINNER * line.get_linewidth())
@@ -207,7 +209,8 @@ def _fit(figure: Figure, size: PrintSize) -> None:
             # Another width has other ticks, which are made when the figure is drawn.
             axis.set_tick_params(which="both", labelsize=POINTS[1])
             if size.font:
-                axis.set_tick_params(which="both", labelfontfamily=size.font)
+                family = [size.font, COMPLETE]
+                axis.set_tick_params(which="both", labelfontfamily=family)
     _wrap_texts(figure)
 
 

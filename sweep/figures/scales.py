@@ -1,15 +1,19 @@
-"""Axes of parameters: scales of numbers, strings in order, edges of cells and bins."""
+"""Axes: scales of numbers, strings in order, edges of cells and bins.
+
+A scale is linear, logarithmic, or linear around 0 and logarithmic beyond.
+"""
 
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from pathlib import Path
 from textwrap import wrap
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
+from matplotlib.ticker import LogFormatterSciNotation, NullFormatter
+from numpy.typing import ArrayLike, NDArray
 
 from sweep.figures.drawing import quantity, words
 from sweep.figures.selection import Selection, has_scale
@@ -26,6 +30,16 @@ LONG_LINE = 16
 MOST_TICKS = 12
 LETTERS_OF_TICKS = 20
 """The most characters of ticks that fit side by side below a panel."""
+CROWDED = 0.8
+"""The fraction of values that a linear axis must not press together."""
+PRESSED = 0.1
+"""The fraction of a linear axis in which values are pressed together."""
+FEWEST_CROWDED = 5
+ROUNDING = 1e-12
+"""The size below which a value counts as 0, relative to the largest value."""
+PLAIN_POWERS = (-3, 4)
+"""The powers of ten that ticks of logarithmic axes write as numbers."""
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def places(selection: Selection, name: str, column: "pd.Series[float]") -> Floats:
@@ -74,6 +88,77 @@ def is_logarithmic(selection: Selection, name: str) -> bool:
     return (
         len(values) > 2 and values[-1] >= DECADE * values[0] and uneven[0] < uneven[1]
     )
+
+
+def linear_part(values: ArrayLike) -> float:
+    """Return the end of the linear part of the axis of a metric; 0 for a linear axis.
+
+    A linear axis suits unless a few values press the other values together. That is so
+    if four fifths of at least five values other than 0 are below a tenth of the
+    largest value. All sizes are without the sign. Then the axis is linear up to the
+    largest power of ten that four fifths of the values reach, and logarithmic beyond.
+    """
+    sizes = np.sort(np.abs(np.asarray(values, np.float64)).ravel())
+    sizes = sizes[np.isfinite(sizes)]
+    sizes = sizes[sizes > ROUNDING * sizes.max(initial=0.0)]
+    if len(sizes) < FEWEST_CROWDED:
+        return 0.0
+    most = sizes[int(np.ceil(CROWDED * len(sizes))) - 1]
+    if most >= PRESSED * sizes[-1]:
+        return 0.0
+    return float(DECADE ** np.floor(np.log10(most)))
+
+
+def metric_label(label: str, linear: float) -> str:
+    """Return the label of the axis of a metric, with the end of the linear part."""
+    if not linear:
+        return label
+    return f"{label}, log scale beyond ±{number_text(linear)}"
+
+
+def number_text(value: float) -> str:
+    """Return a number at a tick of a logarithmic axis, such as 0.01, 500 or 10⁻⁷."""
+    sign = "\N{MINUS SIGN}" if value < 0.0 else ""
+    size = abs(value)
+    power = int(np.floor(np.log10(size) + ROUNDING)) if size else 0
+    low, high = PLAIN_POWERS
+    if low <= power <= high:
+        return f"{sign}{size:g}"
+    times = f"{size / DECADE**power:g}"
+    factor = "" if times == "1" else f"{times}\N{MULTIPLICATION SIGN}"
+    return f"{sign}{factor}10{str(power).translate(RAISED)}"
+
+
+class TickNumbers(LogFormatterSciNotation):
+    """Numbers at the ticks of logarithmic axes, in letters of one size.
+
+    The raised letters of matplotlib would be smaller than journals print.
+    """
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        """Return the text of a tick, or "" for a tick without a number."""
+        return number_text(x) if super().__call__(x, pos) else ""
+
+
+def make_logarithmic(
+    axes: Axes, direction: Literal["x", "y"], *, linear: float = 0.0
+) -> None:
+    """Make an axis logarithmic.
+
+    Parameters
+    ----------
+    axes : Axes
+    direction : {"x", "y"}
+    linear : float, default 0.0
+        The end of the linear part of the axis; 0 for none.
+    """
+    scale: dict[str, Any] = {"linthresh": linear} if linear else {}
+    set_scale = axes.set_xscale if direction == "x" else axes.set_yscale
+    set_scale("symlog" if linear else "log", **scale)
+    axis = axes.xaxis if direction == "x" else axes.yaxis
+    axis.set_major_formatter(TickNumbers())
+    axis.set_minor_formatter(NullFormatter() if linear else TickNumbers())
+    axes.autoscale_view(scalex=direction == "x", scaley=direction == "y")
 
 
 def cell_edges(values: Floats, *, logarithmic: bool = False) -> Floats:
@@ -152,7 +237,7 @@ def label_setting(
         axes.grid(visible=False, axis=direction)
         return
     if is_logarithmic(selection, name):
-        (axes.set_xscale if direction == "x" else axes.set_yscale)("log")
+        make_logarithmic(axes, direction)
     if name in selection.listed:
         values = [float(str(value)) for value in selection.values(name)]
         ticks = _that_fit(values, side_by_side=direction == "x")

@@ -33,13 +33,20 @@ from sweep.figures.marks import (
     MarkedPanel,
     allow_trials,
     axis_of,
+    axis_of_metric,
     colours_of,
     legend_of_marks,
     means_of,
     values_of_trials,
 )
 from sweep.figures.planning import Choices, FigureKind, Planned
-from sweep.figures.scales import Floats, is_logarithmic, label_setting, places
+from sweep.figures.scales import (
+    Floats,
+    is_logarithmic,
+    label_setting,
+    make_logarithmic,
+    places,
+)
 from sweep.figures.selection import (
     Facet,
     Selection,
@@ -206,6 +213,7 @@ def draw_scatter(layout: Scatter) -> Figure:
     selection, metric, by, *_ = layout
     table = selection.table([metric])
     panels = _rows(layout)
+    y = axis_of_metric(selection, metric, table[metric])
     with style.context(STYLE):
         figure = Figure(figsize=_size(panels))
         grid = figure.subplots(len(panels), len(panels[0]), sharey=True, squeeze=False)
@@ -222,7 +230,9 @@ def draw_scatter(layout: Scatter) -> Figure:
                 title_panel(axes, [panel.facet.title, *correlations], len(row))
                 label_setting(selection, panel.name, axes)
                 if axes is row[0]:
-                    axes.set_ylabel(y_label(quantity(selection.study, metric)))
+                    axes.set_ylabel(y_label(y.label))
+        for axes in grid.flat if y.linear else ():
+            make_logarithmic(axes, "y", linear=y.linear)
         if by:
             _legend(figure, layout)
         correlated = any(
@@ -419,8 +429,9 @@ def marks(study: Results, choices: Choices) -> FigureMarks:
     )
     selection = layout.selection
     table = selection.table([metric])
+    y = axis_of_metric(selection, metric, table[metric])
     panels = [
-        _marked(layout, panel, table.loc[panel.facet.points])
+        _marked(layout, panel, table.loc[panel.facet.points], y)
         for row in layout.rows
         for panel in row
     ]
@@ -435,7 +446,9 @@ def marks(study: Results, choices: Choices) -> FigureMarks:
     return FigureMarks(form, shown, panels, note, by=legend, values=values)
 
 
-def _marked(layout: Scatter, panel: Panel, table: pd.DataFrame) -> MarkedPanel:
+def _marked(
+    layout: Scatter, panel: Panel, table: pd.DataFrame, y: MarkedAxis
+) -> MarkedPanel:
     selection = layout.selection
     metric = layout.metric
     columns = {
@@ -444,7 +457,6 @@ def _marked(layout: Scatter, panel: Panel, table: pd.DataFrame) -> MarkedPanel:
         "colour": colours_of(selection, layout.by, table),
         "point": table.index,
     }
-    y = MarkedAxis(metric, quantity(selection.study, metric))
     rows = pd.DataFrame(columns, index=table.index).sort_values("x", kind="stable")
     trials = _trials(layout, panel) if layout.trials else None
     x = axis_of(selection, panel.name)

@@ -33,9 +33,9 @@ def figure(study: StoredStudy) -> Figure:
 def test_every_axis_has_its_quantity_and_unit(figure: Figure) -> None:
     labels = [(axes.get_xlabel(), axes.get_ylabel()) for axes in figure.axes[:3]]
     assert labels == [
-        ("frame (steps)", "speed (px/step)"),
-        ("frame (steps)", "flock radius (px)"),
-        ("frame (steps)", "dispersion (px)"),
+        ("time (steps)", "speed (px/step)"),
+        ("time (steps)", "flock radius (px)"),
+        ("time (steps)", "dispersion (px)"),
     ]
 
 
@@ -89,6 +89,26 @@ def test_curves_are_those_of_the_table_and_trials_not_done_are_counted(
         " valid for fixed numbers of trials"
     )
     assert plotted.shown(metric_curves(part, metrics=["speed"])).startswith(said)
+
+
+def test_curves_that_one_of_them_hides_are_counted(study: StoredStudy) -> None:
+    """By the means that are drawn: nearer than a line is wide in every frame."""
+
+    def note(apart: float) -> str:
+        part = copy(study)
+        own = dict(zip(study.trials["trial_id"], study.trials["point"], strict=True))
+        second = study.series["trial_id"].map(own) == study.trials["point"].iloc[-1]
+        frames = study.series["frame"]
+        values = 5.0 + frames / frames.max() * 5.0  # an axis from 0 to 10
+        part.series = study.series.assign(
+            speed=values + np.where(second & (frames == frames.max()), apart, 0.0)
+        )
+        return plotted.shown(metric_curves(part, metrics=["speed", "dispersion"]))
+
+    sentence = "curves coincide within the width of a line: 2 of 2 (speed)"
+    assert note(0.0).endswith(sentence)
+    assert note(0.09).endswith(sentence)
+    assert "coincide" not in note(0.2)
 
 
 def test_a_panel_without_done_trials_says_so_and_has_no_part_in_the_scale() -> None:

@@ -225,8 +225,8 @@ def scales(figure: Figure) -> list[tuple[float, float]]:
 
 @pytest.mark.parametrize("value", [0.0, 12.5, -3.0])
 def test_a_metric_that_is_equal_everywhere_has_one_colour(value: float) -> None:
-    """But for rounding, as 0.1 + 0.2 and 0.3 are; the bar shows the same scale. Equal
-    values have no interval, whose half width would be drawn beside.
+    """But for rounding, as 0.1 + 0.2 and 0.3 are. The bar has the same colour, and one
+    number. Equal values have no interval, whose half width would be drawn beside.
     """
     grid = made_up(
         "n: [3, 4], cohesion_weight: [0, 1], borders: [torus, bounded]", ascending
@@ -239,7 +239,17 @@ def test_a_metric_that_is_equal_everywhere_has_one_colour(value: float) -> None:
     assert len(set(found)) == 1
     low, high = found[0]
     assert low <= value < high
-    assert high - low == pytest.approx(0.1 if value == 0 else 0.2 * abs(value))
+    assert high - low == pytest.approx(0.2 * (abs(value) or 1.0))
+    figure.draw_without_rendering()
+    *panels, bar = figure.axes
+    (number,) = bar.get_yticks()
+    assert number == pytest.approx(value)
+    colours = {
+        tuple(mesh.to_rgba(number))
+        for mesh in (*(axes.collections[0] for axes in panels), bar.collections[-1])
+    }
+    assert len(colours) == 1
+    assert len(bar.collections[-1].get_cmap().colors) == 1
 
 
 def test_names_of_ticks_do_not_run_into_each_other() -> None:

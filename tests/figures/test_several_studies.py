@@ -86,7 +86,7 @@ def test_curves_with_different_time_steps_are_against_the_time(tmp_path: Path) -
     assert panel.x.label == "time (s)"
     assert panel.marks["x"].max() == pytest.approx(4.0)
     (axes,) = metric_curves(StoredStudy("fine", tmp_path)).axes
-    assert axes.get_xlabel() == "frame (steps)"
+    assert axes.get_xlabel() == "time (steps)"
 
 
 def test_a_condition_after_a_study_holds_for_this_study(results: Path) -> None:

@@ -76,6 +76,35 @@ def test_what_the_figure_says() -> None:
     assert len(lines.get_segments()) == 2
 
 
+def test_numbers_of_a_short_axis_have_no_powers() -> None:
+    figure = narrowing_figure(study("repeated"), "speed")
+    (axes,) = figure.axes
+    axes.set_ylim(3.5, 7.5)
+    figure.draw_without_rendering()
+    labels = {label.get_text() for label in axes.get_yticklabels(which="both")}
+    assert {"4", "5", "6", "7"} <= labels
+    assert not any("$" in label for label in labels)  # raised, smaller letters
+
+
+def test_one_point_does_not_stretch_the_axis() -> None:
+    def change(trials: pd.DataFrame) -> pd.DataFrame:
+        torus = trials["borders"] == "torus"
+        tiny = 1.0 + 1e-8 * trials["replicate"]
+        return trials.assign(speed=tiny.where(torus, trials["replicate"]))
+
+    part = having(change)
+    figure = narrowing_figure(part, "speed")
+    (axes,) = figure.axes
+    widths = half_widths(narrowing_layout(part, "speed", by=None))["half"]
+    assert axes.get_ylim()[0] == widths[widths > 1e-3].min()
+    assert "1 point has half-widths below the axis" in shown(figure)
+    (panel,) = marks_of(part, Choices(("speed",))).panels
+    assert panel.y.low == axes.get_ylim()[0]
+    plain = marks_of(study("repeated"), Choices(("speed",)))
+    assert plain.panels[0].y.low is None
+    assert "below the axis" not in plain.note
+
+
 @pytest.mark.parametrize("value", [1.0, np.nan])
 def test_points_without_a_width_are_counted(value: float) -> None:
     """All their values are equal, or there is none."""

@@ -9,7 +9,9 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
+import numpy as np
 import pytest
+from matplotlib.colors import SymLogNorm
 from playwright.sync_api import Browser, Page, Route, expect
 
 from sweep.cli.progress import ProgressBar
@@ -275,6 +277,7 @@ AXIS = """async ([values, about, from, to]) => {
   return [axis.label, ...axis.ticks.map(({ text }) => text)];
 }"""
 LOG = {"label": "noise", "logarithmic": True}
+AROUND = {"label": "change", "linear": 10.0}
 UPWARDS = 248, 0
 """Pixels of an axis that goes up; the others have the numbers of their pixels."""
 
@@ -286,6 +289,8 @@ UPWARDS = 248, 0
         ([2e-8, 3e6], LOG, UPWARDS, "noise", "10⁻⁶ 0.001 1 1000 10⁶"),
         ([0.02, 0.3], LOG, UPWARDS, "noise", "0.02 0.05 0.1 0.2"),
         ([3.0, 9.0], LOG, UPWARDS, "noise", "4 6 8"),
+        ([-30.0, 2500.0], AROUND, UPWARDS, "change", "-10 0 10 100 1000"),
+        ([0.0, 2e-7], AROUND | {"linear": 1e-9}, UPWARDS, "change", "0 10⁻⁹ 10⁻⁸ 10⁻⁷"),
         ([110.0, 130.0], LOG, UPWARDS, "noise", "110 115 120 125 130"),
         ([10, 400], LOG | {"listed": [10, 50, 400]}, (0, 300), "noise", "10 50 400"),
         ([1, 9], {"listed": [*range(1, 10)]}, (0, 90), "", "1 3 5 7 9"),
@@ -327,6 +332,25 @@ def test_ticks_of_an_axis(
     seen(page, "table")
     shown = page.evaluate(AXIS, [values, about, *span])
     assert shown == [label, *ticks.split()]
+
+
+def test_places_around_zero_are_those_of_matplotlib(opened: Open) -> None:
+    """And a place has its value."""
+    page = opened()
+    seen(page, "table")
+    values = [-2500.0, -30.0, -4.0, 0.0, 5.0, 10.0, 300.0, 7e4]
+    places, again = page.evaluate(
+        """async ([values, about]) => {
+          const { Axis } = await import("./axes.js");
+          const axis = new Axis(values, about, 0).span(0, 1);
+          const places = values.map((value) => axis.pixel(value));
+          return [places, places.map((place) => axis.value(place))];
+        }""",
+        [values, AROUND],
+    )
+    norm = SymLogNorm(10.0, vmin=-2500.0, vmax=7e4)
+    assert places == pytest.approx(np.asarray(norm(values)))
+    assert again == pytest.approx(values)
 
 
 def median_of(study: StoredStudy, point: str) -> str:

@@ -21,6 +21,9 @@ from sweep.figures import (
     Planned,
     draw_values,
     legend,
+    linear_part,
+    make_logarithmic,
+    metric_label,
     name_rows,
     note,
     quantity,
@@ -34,6 +37,8 @@ from sweep.tables import StoredStudy
 SMALLEST_LOGARITHMIC = 8.0
 LETTERS = 40
 """Most characters of a line with the values of a component."""
+LETTERS_OF_A_CHANGE = 26
+"""Most characters of a line below a panel."""
 MOST_PANELS = 3
 IN_WORDS = {NOTHING: "added alone", OTHERS: "added to all others"}
 
@@ -91,10 +96,13 @@ def effects_figure(
             unit = f" ({study.units[metric]})" if study.units.get(metric) else ""
             before = _unchanged(study, preset, metric, by, labels=names or {})
             axes.set_title(f"{text}\nunchanged{unit}:\n{before}", fontsize=7.5)
-            axes.set_xlabel(
-                "factor" if factor else f"change{unit}".replace("%", "% points"),
-                fontsize=8,
-            )
+            label = "factor" if factor else f"change{unit}".replace("%", "% points")
+            changes = table.loc[table["metric"] == metric, "value"]
+            linear = 0.0 if factor else linear_part(changes)
+            if linear:
+                make_logarithmic(axes, "x", linear=linear)
+            text = "\n".join(wrap(metric_label(label, linear), LETTERS_OF_A_CHANGE))
+            axes.set_xlabel(text, fontsize=8)
         for axes in panels:
             name_rows(axes, list(rows.values()))
             axes.tick_params(axis="y", labelsize=7)
@@ -157,7 +165,7 @@ def _logarithmic(axes: Axes) -> None:
 
     On a shorter axis small factors would look large.
     """
-    axes.set_xscale("log")
+    make_logarithmic(axes, "x")
     low, high = axes.get_xlim()
     axes.set_xlim(min(low, 1.0 / SMALLEST_LOGARITHMIC), max(high, SMALLEST_LOGARITHMIC))
     axes.minorticks_off()

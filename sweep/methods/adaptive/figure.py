@@ -29,6 +29,7 @@ from sweep.figures import (
     colours_of,
     legend_of,
     legend_of_marks,
+    make_logarithmic,
     note,
     quantity,
     recorded,
@@ -41,6 +42,8 @@ from sweep.text import so_many
 
 FEWEST = 6
 """With fewer trials a point has at most three half-widths, which show no slope."""
+LOWEST = 1e-3
+"""The least half-width that stretches the axis, relative to the median half-width."""
 MOST_PLAIN = 60
 """Up to this number, lines are opaque; more lines are pale."""
 
@@ -138,7 +141,9 @@ def draw_narrowing(layout: Narrowing) -> Figure:
         line = _reference(drawn)
         axes.plot(line.x, line.y, color=GREY, linestyle="--", linewidth=1.0)
         if len(drawn):  # an axis without a number above 0 cannot be logarithmic
-            axes.set(xscale="log", yscale="log")
+            make_logarithmic(axes, "x")
+            make_logarithmic(axes, "y")
+            axes.set_ylim(bottom=_low(drawn))
         ticks = _looks(int(drawn["n"].max()) if len(drawn) else FEWEST)
         axes.set_xticks(ticks, [f"{tick:,}" for tick in ticks])
         axes.xaxis.set_minor_locator(NullLocator())
@@ -190,6 +195,12 @@ def _drawn(widths: pd.DataFrame) -> pd.DataFrame:
     positive = np.isfinite(widths["half"]) & (widths["half"] > 0.0)
     drawn: pd.DataFrame = widths[positive]
     return drawn
+
+
+def _low(drawn: pd.DataFrame) -> float | None:
+    """Return the lower end of the axis if half-widths are far below the median."""
+    near = drawn["half"] >= LOWEST * drawn["half"].median()
+    return None if near.all() else float(drawn["half"][near].min())
 
 
 def _reference(drawn: pd.DataFrame) -> MarkedLine:
@@ -246,7 +257,10 @@ def _label(layout: Narrowing) -> str:
 def _note(layout: Narrowing, widths: pd.DataFrame) -> str:
     selection, metric, _ = layout
     counts = widths.groupby("point")["n"].max()
-    without = widths["point"].nunique() - _drawn(widths)["point"].nunique()
+    drawn = _drawn(widths)
+    without = widths["point"].nunique() - drawn["point"].nunique()
+    low = _low(drawn)
+    below = 0 if low is None else drawn["point"][drawn["half"] < low].nunique()
     text = selection.note(
         f"{so_many(len(counts), 'point')}, {{n}} trials per point, in the order of"
         " replicates",
@@ -254,9 +268,13 @@ def _note(layout: Narrowing, widths: pd.DataFrame) -> str:
         "half of the 95 % confidence interval of the mean",
         [metric],
     )
-    have = "have" if without > 1 else "has"
-    lacking = f"{so_many(without, 'point')} {have} no half-width above 0"
-    return f"{text}\n{lacking}" if without else text
+    for number, what in [
+        (without, "no half-width above 0"),
+        (below, "half-widths below the axis"),
+    ]:
+        have = "have" if number > 1 else "has"
+        text += f"\n{so_many(number, 'point')} {have} {what}" if number else ""
+    return text
 
 
 def plan(study: StoredStudy, choices: Choices) -> list[Planned]:
@@ -289,7 +307,7 @@ def marks(study: StoredStudy, choices: Choices) -> FigureMarks:
     panel = MarkedPanel(
         "",
         MarkedAxis("trials", "trials", logarithmic=True),
-        MarkedAxis("half_width", _label(layout), logarithmic=True),
+        MarkedAxis("half_width", _label(layout), logarithmic=True, low=_low(drawn)),
         pd.DataFrame(columns),
         line=_reference(drawn),
     )

@@ -26,6 +26,7 @@ from sweep.figures import (
     Planned,
     as_text,
     legend,
+    make_logarithmic,
     named,
     note,
     select,
@@ -96,8 +97,8 @@ def draw_profile(study: Results, lines: Sequence[MeanProfile]) -> Figure:
         for number, line in enumerate(lines):
             _draw_line(axes, line, number, apart=number - 0.5 * (len(lines) - 1))
         if _is_logarithmic(lines):
-            axes.set_xscale("log")
-            axes.set_yscale("log")
+            make_logarithmic(axes, "x")
+            make_logarithmic(axes, "y")
             axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
             axes.xaxis.set_major_formatter("{x:g}")
             axes.xaxis.set_minor_formatter("")

@@ -25,6 +25,7 @@ from sweep.figures import (
     FigureKind,
     Planned,
     legend_of,
+    make_logarithmic,
     named,
     note,
     quantity,
@@ -139,7 +140,7 @@ def draw_phase(layout: Phase) -> Figure:
 def _scaled(axes: Axes, scale: RefinedAxis, which: Literal["x", "y"]) -> None:
     """Set the scale of an axis, and ticks at the values of the spec if these fit."""
     if scale.geometric:
-        (axes.set_xscale if which == "x" else axes.set_yscale)("log")
+        make_logarithmic(axes, which)
     if len(scale.values) <= MOST_TICKS:
         axis = axes.xaxis if which == "x" else axes.yaxis
         axis.set_ticks(scale.values, [f"{value:g}" for value in scale.values])

@@ -5,6 +5,7 @@ import { short, unitText } from "./dom.js";
 /** @import { FigureAxis } from "./explorer.d.ts" */
 /** @typedef {{ at: number, text: string }} Tick a value and its name */
 
+const EQUAL = 1e-12; // relative difference
 const ROOM = 0.05; // of the span, beyond the outermost values
 const LETTER = 7; // CSS pixels, about
 const LINE = 14;
@@ -13,6 +14,7 @@ const ABOVE = 45;
 const MOST_LISTED = 12;
 const SHORT_POWERS = [-2, 4]; // powers of ten that are written as numbers
 const MOST_DECADES = 3; // between which round values have names too
+const LINEAR = 0.9; // what a decade's length is worth on the linear part of an axis
 const RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹";
 
 export class Axis {
@@ -22,13 +24,16 @@ export class Axis {
    * @param {number} room
    */
   constructor(values, about = {}, room = ROOM) {
-    const { names = [], logarithmic = false } = about;
+    const { names = [], logarithmic = false, linear = 0 } = about;
     this.about = about;
     this.names = names;
     this.logarithmic = logarithmic;
+    this.linear = linear;
     let [first, last] = bounds(values.map((value) => this.place(value)));
+    // Equal but for rounding.
+    this.constant = last - first <= EQUAL * Math.max(Math.abs(first), Math.abs(last));
     if (names.length) [first, last] = [-0.5, names.length - 0.5];
-    else if (first === last) {
+    else if (this.constant) {
       first -= first ? 0.1 * Math.abs(first) : 0.5;
       last += last ? 0.1 * Math.abs(last) : 0.5;
     }
@@ -51,7 +56,13 @@ export class Axis {
   place(value) {
     const { low, high } = this.about;
     const within = Math.min(Math.max(value, low ?? -Infinity), high ?? Infinity);
+    if (this.linear) return symlog(within / this.linear);
     return this.logarithmic ? Math.log10(within) : within;
+  }
+
+  // Whether the numbers at ticks are not evenly spaced.
+  get uneven() {
+    return this.logarithmic || this.linear > 0;
   }
 
   // 1 for a value above the bounds of the axis, -1 for one below them, else 0.
@@ -71,6 +82,7 @@ export class Axis {
   value(pixel) {
     const part = (pixel - this.from) / (this.to - this.from);
     const place = this.first + part * (this.last - this.first);
+    if (this.linear) return this.linear * fromSymlog(place);
     return this.logarithmic ? 10 ** place : place;
   }
 
@@ -90,7 +102,7 @@ export class Axis {
   /** @param {number[]} values */
   texts(values) {
     if (this.names.length) return values.map((at) => this.names[at]);
-    if (this.logarithmic) return values.map(powerOrNumber);
+    if (this.uneven) return values.map(powerOrNumber);
     const steps = values.slice(1).map((value, i) => Math.abs(value - values[i]));
     const most = Math.max(...values.map(Math.abs));
     const digits = Math.ceil(Math.log10(most / Math.min(...steps))) + 1;
@@ -111,7 +123,7 @@ export class Axis {
   // The power of ten that is left out of all numbers at the ticks: 1 for numbers that
   // are short with it, and where no label says it.
   get power() {
-    if (this.names.length || this.logarithmic || !this.about.label) return 1;
+    if (this.names.length || this.uneven || !this.about.label) return 1;
     const most = Math.max(...this.values.map(Math.abs));
     const power = Math.floor(Math.log10(most));
     return most > 0 && (power < SHORT_POWERS[0] || power > SHORT_POWERS[1])
@@ -123,12 +135,21 @@ export class Axis {
   get values() {
     const { listed = [] } = this.about;
     if (this.names.length) return this.names.map((_, place) => place);
+    if (this.linear) return this.aroundZero;
     return listed.length ? listed : this.ofDecades ? this.decades : this.round;
   }
 
   get ofDecades() {
     const { listed = [] } = this.about;
     return this.logarithmic && !listed.length && this.last - this.first >= MOST_DECADES;
+  }
+
+  // 0, and powers of ten from the end of the linear part on, of both signs.
+  get aroundZero() {
+    const most = Math.ceil(Math.max(-this.first, this.last));
+    const power = Math.round(Math.log10(this.linear));
+    const above = multiples(0, most, 1).map((more) => Number(`1e${power + more}`));
+    return [...above.toReversed().map((value) => -value), 0, ...above];
   }
 
   get most() {
@@ -165,7 +186,7 @@ export class Axis {
   // Every k-th of some ticks, with the smallest k so that their texts have room.
   /** @param {Tick[]} ticks */
   some(ticks) {
-    if (this.names.length || this.logarithmic) return ticks;
+    if (this.names.length || this.uneven) return ticks;
     for (let every = 1; every < ticks.length; every++) {
       const chosen = ticks.filter((_, i) => i % every === 0);
       const size = chosen.reduce((sum, { text }) => sum + this.size(text), 0);
@@ -186,6 +207,20 @@ export class Axis {
       return true;
     });
   }
+}
+
+// The place of a number on an axis that is linear from -1 to 1, as in matplotlib, where
+// 0 to 1 is a little longer than a decade.
+/** @param {number} number */
+function symlog(number) {
+  const size = Math.abs(number);
+  return Math.sign(number) * (size < 1 ? size / LINEAR : 1 / LINEAR + Math.log10(size));
+}
+
+/** @param {number} place */
+function fromSymlog(place) {
+  const beyond = Math.abs(place) - 1 / LINEAR;
+  return beyond < 0 ? place * LINEAR : Math.sign(place) * 10 ** beyond;
 }
 
 // The multiples of a step from `low` to `high`.

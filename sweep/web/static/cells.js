@@ -1,7 +1,7 @@
 // A heatmap, drawn on a board: a cell each, hatched where its interval is wider than
 // any step to a cell beside it.
 
-import { Axis } from "./axes.js";
+import { Axis, bounds } from "./axes.js";
 import { contextOf, make, short, unitText } from "./dom.js";
 import { Board, known, stroke } from "./board.js";
 import { ramp } from "./ramp.js";
@@ -10,26 +10,33 @@ import { ramp } from "./ramp.js";
 /** @import { Choose, Place } from "./picking.js" */
 
 const LIGHT = 0.6; // of the range; above it hatches are dark
+
 // The least and the largest value of all panels.
-/** @param {Panel[]} panels @returns {[number, number]} */
-export function rangeOf(panels) {
+/** @param {Panel[]} panels */
+function rangeOf(panels) {
   const values = panels.flatMap(({ marks: { columns, data } }) => {
     const at = columns.indexOf("y");
     return known(data.map((row) => (typeof row[at] === "number" ? row[at] : null)));
   });
-  return [Math.min(...values), Math.max(...values)];
+  return bounds(values);
+}
+
+// The scale of the colours of all panels. Equal values have the colour in the middle.
+/** @param {Figure} figure */
+export function shadesOf({ panels, linear }) {
+  return new Axis(rangeOf(panels), { linear }, 0).span(0, 1);
 }
 
 export class Cells extends Board {
   /**
-   * @param {[number, number]} range
+   * @param {Axis} shades the place of a value among the colours, from 0 to 1
    * @param {Panel} panel
    * @param {(dot: Dot | null, at: Place) => void} over
    * @param {Choose} choose
    */
-  constructor(range, panel, over, choose) {
+  constructor(shades, panel, over, choose) {
     super(panel, over, choose);
-    this.range = range;
+    this.shades = shades;
   }
 
   /** @override @returns {[Axis, Axis]} */
@@ -53,12 +60,11 @@ export class Cells extends Board {
 
   /** @override @param {CanvasRenderingContext2D} context */
   paint(context) {
-    const [low, high] = this.range;
     for (const dot of this.dots) {
       const [left, top, right, bottom] = this.box(dot);
       context.fillStyle = this.colour(dot.y);
       context.fillRect(left, top, right - left + 0.5, bottom - top + 0.5);
-      const light = (dot.y ?? low) - low > LIGHT * (high - low);
+      const light = dot.y !== null && this.shades.pixel(dot.y) > LIGHT;
       if (!dot.resolved) hatch(context, [left, top, right, bottom], light);
     }
     for (const dot of this.dots.filter((one) => this.isChosen(one))) {
@@ -94,8 +100,7 @@ export class Cells extends Board {
 
   /** @param {number | null} value */
   colour(value) {
-    const [low, high] = this.range;
-    return ramp(high > low ? ((value ?? low) - low) / (high - low) : 0.5);
+    return ramp(value === null ? 0 : this.shades.pixel(value));
   }
 
   /** @override @param {Place} place @returns {Dot | null} */
@@ -128,6 +133,7 @@ function hatch(context, [left, top, right, bottom], light) {
 /** @param {Figure} figure */
 export function rampLegend(figure) {
   const [low, high] = rangeOf(figure.panels);
+  const { constant } = shadesOf(figure);
   const bar = make("canvas", {
     className: "ramp",
     width: 160,
@@ -137,14 +143,14 @@ export function rampLegend(figure) {
   });
   const context = contextOf(bar);
   for (let x = 0; x < 160; x++) {
-    context.fillStyle = ramp(x / 159);
+    context.fillStyle = ramp(constant ? 0.5 : x / 159);
     context.fillRect(x, 0, 1, 12);
   }
   return make(
     "p",
     { className: "legend" },
     make("span", { textContent: unitText(figure.by) }),
-    make("span", { textContent: short(low) }),
+    ...(constant ? [] : [make("span", { textContent: short(low) })]),
     bar,
     make("span", { textContent: short(high) }),
     make("span", {

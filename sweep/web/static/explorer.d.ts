@@ -98,6 +98,8 @@ export interface FigureAxis {
   listed: number[];
   low?: Known;
   high?: Known;
+  /** The end of the part around 0 that is linear; 0 for a scale without one. */
+  linear: number;
 }
 
 export interface Panel {
@@ -136,6 +138,8 @@ export interface Figure {
   colours: string[];
   note: string;
   thinned: string;
+  /** Of the colours of cells, as on an axis. */
+  linear: number;
   /** Endings of the files of the figure, and widths for journals in mm. */
   formats: string[];
   widths: string[];

@@ -255,7 +255,7 @@ export class FigurePanel {
    */
   boardsOf(figure, heatmaps) {
     if (heatmaps) {
-      const range = heatmaps.rangeOf(figure.panels);
+      const range = heatmaps.shadesOf(figure);
       return (...parts) => new heatmaps.Cells(range, ...parts);
     }
     const kind = figure.form === "lines" ? Lines : Dots;

@@ -199,11 +199,11 @@ export class Plotted {
 
   // The metric against a setting, a curve with its band for each colour.
   drawCurves() {
-    const { form, x, label } = this.data.figure;
+    const { form, x, label, linear } = this.data.figure;
     if (!x) return;
     const { right, top, bottom } = this.area;
     const values = this.marks.flatMap((mark) => this.ends(mark));
-    const along = new Axis(values, { label }).span(bottom, top);
+    const along = new Axis(values, { label, linear }).span(bottom, top);
     const left = this.leftOf(along);
     const across = axisOf(x, x.values, 0).span(left + 12, right - 12);
     this.frame(across);
@@ -279,13 +279,13 @@ export class Plotted {
 
   // The metric along x, and a row a point.
   drawRows() {
-    const { label } = this.data.figure;
+    const { label, linear } = this.data.figure;
     const values = this.marks.flatMap((mark) => this.ends(mark));
     const longest = Math.max(...this.marks.map(({ point }) => point.words.length));
     const names = Math.min(7 * longest + 12, MOST_NAME * this.width);
     const { right, top, bottom } = this.area;
     this.area.left = names;
-    const across = new Axis(values, { label }).span(names + 8, right - 8);
+    const across = new Axis(values, { label, linear }).span(names + 8, right - 8);
     this.frame(across);
     for (const [place, mark] of this.marks.entries()) {
       mark.at = {
@@ -309,7 +309,7 @@ export class Plotted {
 
   // The metric as a colour over two settings. A cell is hatched as in the explorer.
   drawHeatmap() {
-    const { x, y, label } = this.data.figure;
+    const { x, y, label, linear } = this.data.figure;
     if (!x || !y) return;
     this.area.right -= LEGEND.width;
     this.area.top += LEGEND.height;
@@ -321,13 +321,14 @@ export class Plotted {
       .span(this.leftOf(along), right);
     const means = this.marks.flatMap(({ mean }) => (mean === null ? [] : [mean]));
     const [low, high] = bounds(means);
+    const shades = new Axis([low, high], { linear }, 0).span(0, 1);
     this.frame(across);
     this.levels(along);
     this.svg.append(hatching());
     for (const mark of this.layered) {
-      this.cell(mark, across, along, (mark.mean ?? low) - low, high - low || 1);
+      this.cell(mark, across, along, shades.pixel(mark.mean ?? low));
     }
-    this.legend(right + 18, low, high, label);
+    this.legend(right + 18, shades.constant ? [high] : [high, low], label);
     this.svg.append(this.ring);
   }
 
@@ -335,10 +336,9 @@ export class Plotted {
    * @param {Mark} mark
    * @param {Axis} across
    * @param {Axis} along
-   * @param {number} above
-   * @param {number} span
+   * @param {number} shade from 0 to 1
    */
-  cell(mark, across, along, above, span) {
+  cell(mark, across, along, shade) {
     const { x, y } = this.data.figure;
     if (!x || !y) return;
     const { element, point, row } = mark;
@@ -360,7 +360,7 @@ export class Plotted {
       };
       mark.box = box;
       element.append(
-        drawn("rect", { ...box, class: "cell", fill: ramp(above / span) }),
+        drawn("rect", { ...box, class: "cell", fill: ramp(shade) }),
       );
       if (!cell.resolved) {
         element.append(drawn("rect", { ...box, fill: "url(#hatching)" }));
@@ -373,23 +373,28 @@ export class Plotted {
   // What the colours of a heatmap stand for.
   /**
    * @param {number} x
-   * @param {number} low
-   * @param {number} high
+   * @param {number[]} ends the value above and the value below, or one for all marks
    * @param {string} label
    */
-  legend(x, low, high, label) {
+  legend(x, ends, label) {
     const { top, bottom } = this.area;
     const parts = 32;
     const tall = (bottom - top) / parts;
     for (let k = 0; k < parts; k++) {
       const y = bottom - (k + 1) * tall;
       const box = { x, y, width: 12, height: tall + 0.5 };
-      this.svg.append(drawn("rect", { ...box, fill: ramp((k + 0.5) / parts) }));
+      this.svg.append(
+        drawn("rect", {
+          ...box,
+          fill: ramp(ends.length > 1 ? (k + 0.5) / parts : 0.5),
+        }),
+      );
     }
     const text = { class: "tick", x: x + 16 };
     this.svg.append(
-      drawn("text", { ...text, y: bottom }, short(low)),
-      drawn("text", { ...text, y: top + 9 }, short(high)),
+      ...ends.map((end, i) =>
+        drawn("text", { ...text, y: i ? bottom : top + 9 }, short(end))
+      ),
       drawn(
         "text",
         { class: "label", x: this.width - 4, y: top - 10, "text-anchor": "end" },

@@ -132,6 +132,8 @@ export interface SupplementData {
     column: string;
     metric: { name: string; text: string; unit: string };
     label: string;
+    /** The end of the part around 0 that is linear; 0 for a linear scale. */
+    linear: number;
     says: string;
     note: string;
     x: SupplementAxis | null;
