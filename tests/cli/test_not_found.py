@@ -47,6 +47,7 @@ READING: dict[str, tuple[str, ...]] = {
 """How each command that takes a stored study is called."""
 TAKE_NONE = {
     *("init", "new", "launch", "search", "plan", "reproduce", "list", "diff", "load"),
+    "certify",
     *("warm", "guide", "check", "models", "maps", "metrics", "schema"),
 }
 
