@@ -28,7 +28,7 @@ from tests.builders import exact_jobs
 from tests.builders import job as a_job
 from tests.commands import sweep
 from tests.explorer.supplements import FLOWN, content_of, page_of
-from tests.own_models import OTHER_RULE
+from tests.own_models import written
 from tests.studies import launched
 from tests.trial import test_all_layers
 from tests.web.scripts import frames_of, printed, unpacked
@@ -153,8 +153,8 @@ def test_the_simulator_becomes_a_page_that_computes(tmp_path: Path) -> None:
     assert "exists already; --force replaces it" in again.stderr
     trial = sweep(tmp_path, "view", "small", "0123", "--to", "new.html")
     assert "--to writes a page of first trials" in trial.stderr
-    (tmp_path / "other.py").write_text(OTHER_RULE)
-    own = sweep(tmp_path, "view", "--model", "./other.py", "--to", "new.html")
+    written(tmp_path / "own")
+    own = sweep(tmp_path, "view", "--model", "own/drawn.py", "--to", "new.html")
     assert "use sweep show STUDY --to new.html --compute" in own.stderr
 
 
