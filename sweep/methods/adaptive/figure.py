@@ -268,12 +268,12 @@ def _note(layout: Narrowing, widths: pd.DataFrame) -> str:
         "half of the 95 % confidence interval of the mean",
         [metric],
     )
-    for number, what in [
+    for number, reason in [
         (without, "no half-width above 0"),
         (below, "half-widths below the axis"),
     ]:
         have = "have" if number > 1 else "has"
-        text += f"\n{so_many(number, 'point')} {have} {what}" if number else ""
+        text += f"\n{so_many(number, 'point')} {have} {reason}" if number else ""
     return text
 
 
