@@ -103,7 +103,7 @@ def test_curves_that_one_of_them_hides_are_counted(study: StoredStudy) -> None:
         part.series = study.series.assign(
             speed=values + np.where(second & (frames == frames.max()), apart, 0.0)
         )
-        return plotted.shown(metric_curves(part, metrics=["speed", "dispersion"]))
+        return plotted.shown(metric_curves(part, metrics=["speed"]))
 
     sentence = "curves coincide within the width of a line: 2 of 2 (speed)"
     assert note(0.0).endswith(sentence)
