@@ -169,6 +169,25 @@ class ViewState:
         """The value of every parameter, and of each spread that differs from 0."""
         return self.job.settings
 
+    @cached_property
+    def follows(self) -> dict[str, list[str]]:
+        """The parameters that follow from others, with the names of the others.
+
+        A map with a size gives width and height. A spec computes the parameters under
+        `derive`, unless one of these or of the others was changed.
+        """
+        sources: dict[str, list[str]] = {}
+        if not self.own and self.catalogue.maps[str(self.settings["map"])].size:
+            sources |= {side: ["map"] for side in SIDES}
+        if self.opened and self.opened.study.derive:
+            changed = self._differing(from_opened(self.opened)).keys()
+            sources |= {
+                name: sorted(expression.names)
+                for name, expression in self.opened.study.derive.items()
+                if changed.isdisjoint({name, *expression.names})
+            }
+        return sources
+
     def _differing(self, before: "ViewState") -> dict[str, Value]:
         """Return the parameters that differ from another state, with the new values."""
         values = self._preset | self.settings
@@ -351,7 +370,7 @@ class ViewState:
         if self.own:
             values["maps"] = {str(self.fixed["map"]): map_as_written(self.own)}
         if fixed := {
-            name: self.fixed[name]
+            name: described[name].as_entered(self.fixed[name])
             for name in described
             if name in self.fixed and name not in self.sweeps
         }:
@@ -443,9 +462,12 @@ class ViewState:
         return opened.text(edits)
 
     def _as_written(self, name: str, value: Any) -> Any:
-        """Return a file in place of the name of an entry."""
+        """Return a value as in a spec: a file in place of the name of an entry."""
         kinds = {"map": "maps", "start_draws": "starts", "metrics": "metrics"}
-        return self.catalogue.written(kinds[name], value) if name in kinds else value
+        if name in kinds:
+            return self.catalogue.written(kinds[name], value)
+        described = self._known_settings
+        return described[name].as_entered(value) if name in described else value
 
     def _portable(self) -> dict[str, Any]:
         """Return the spec with files in place of the names of entries."""

@@ -87,6 +87,8 @@ def test_a_png_is_the_scene_and_says_where_it_comes_from(flight: KeptFlight) -> 
         ).all()
         assert (image.info["Study"], image.info["Trial"]) == (STUDY, JOB.trial_id)
         assert image.info["kernels_sha"] == kernels_sha()
+        assert image.width == 1051
+        assert image.info["dpi"] == pytest.approx((300, 300), abs=0.01)
 
 
 @pytest.mark.parametrize("kind", ["png", "svg"])

@@ -398,6 +398,7 @@ class Supplement {
       exact: true,
       note: "",
       sweeps: {},
+      follows: {},
       selected: null,
       overlays: [],
       plots: [metric.name],
