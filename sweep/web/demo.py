@@ -13,10 +13,10 @@ from functools import cache, cached_property
 from pathlib import Path
 
 from kernels.identity import kernels_sha
-from sweep.campaigns import cache_folder
 from sweep.errors import CacheError, OutputError
 from sweep.own_code import load_spec
 from sweep.tables import unfinished
+from sweep.trial import usual
 from sweep.web import encoding
 from sweep.web.live_show import Live
 from sweep.web.protocol import Reply, write
@@ -171,7 +171,7 @@ def kept(name: str) -> bytes:
     """
     origin = _origin(DEMOS[name])
     try:
-        path = cache_folder() / f"{name}.demo.json"
+        path = usual() / f"{name}.demo.json"
     except CacheError:
         return write(moving(name)).encode()
     with suppress(OSError):

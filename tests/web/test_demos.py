@@ -75,7 +75,7 @@ def test_an_animation_is_simulated_once_for_a_program(
         return json.loads(demos.kept.__wrapped__("maze"))["frames"]
 
     folder = tmp_path / "cache"
-    monkeypatch.setattr(demos, "cache_folder", lambda: folder)
+    monkeypatch.setattr(demos, "usual", lambda: folder)
     monkeypatch.setattr(demos, "moving", moving)
     assert [shown(), shown()] == [1, 1]
     monkeypatch.setattr(demos, "kernels_sha", lambda: "another")

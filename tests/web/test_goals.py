@@ -5,8 +5,10 @@ from pathlib import Path
 from string import Template
 
 import pytest
+from ruamel.yaml import YAML
 
 from sweep.errors import SpecError
+from sweep.spec import places_of
 from sweep.spec.study import parse_spec
 from sweep.web import messages
 from sweep.web.live_show import Live
@@ -83,9 +85,15 @@ def test_the_field_of_goals_takes_the_text_that_tables_have() -> None:
     state = begin("aziel_chen2025", "as_run")
     later = state.with_settings({"next_goals": "40 50;60.5 70"})
     assert later.settings["next_goals"] == "40 50; 60.5 70"
-    pairs = "next_goals: [[40, 50], [60.5, 70]]"
-    assert pairs in later.as_text().replace("\n  - ", "")
-    assert from_study(parse_spec(later.as_text())).settings == later.settings
+    again = from_study(parse_spec(later.as_text()))
+    moved = again.with_settings({"next_goals": "1 2; 60.5 70"})
+    for state in (later, again, moved):
+        fixed = YAML(typ="safe").load(state.as_text())["fixed"]
+        places = places_of(state.settings["next_goals"])
+        assert fixed["next_goals"] == [list(place) for place in places or ()]
+    assert "- [40, 50]" in later.as_text()
+    assert "- [1, 2]" in moved.as_text()
+    assert again.settings == later.settings
     with pytest.raises(SpecError, match="not allowed for next_goals; allowed: a list"):
         state.with_settings({"next_goals": "40 50 60"})
 
