@@ -8,12 +8,12 @@ import { Player, TrialTable } from "./behind.js";
 import { FigurePanel } from "./figures.js";
 import { RefineCard } from "./refine.js";
 import { PagedTable } from "./rows.js";
-import { SearchPanel } from "./searched.js";
 import { SidesForm } from "./sides.js";
 import { StatePanel } from "./strip.js";
 import { PointTable } from "./tables.js";
 
 /** @import { Choice, Study, StudyState } from "./explorer.d.ts" */
+/** @import { SearchPanel } from "./searched.js" */
 
 const LOOK_AGAIN = 2000; // ms
 const NO_STUDY = "No study is stored in this folder. Launch a first study:";
@@ -129,7 +129,9 @@ export class Explorer {
     );
     this.panel = new StatePanel((trial) => this.go({ trial, beside: "" }));
     this.figure = new FigurePanel("figure", go, command);
-    this.search = new SearchPanel(go, command);
+    this.search = make("div", { hidden: true });
+    /** @type {SearchPanel | undefined} */
+    this.searched = undefined;
     this.refine = new RefineCard(go);
     this.points = new PointTable(go, command);
     this.trials = new TrialTable(go, "trials", settle);
@@ -150,7 +152,7 @@ export class Explorer {
         "div",
         { className: "seen" },
         this.figure.element,
-        this.search.element,
+        this.search,
         this.refine.element,
         this.points.element,
       ),
@@ -239,6 +241,17 @@ export class Explorer {
     this.banner.hidden = !words;
   }
 
+  // Few studies are searches: the panel is loaded for the first one.
+  /** @param {Choice} choice @param {StudyState} state */
+  async showSearch(choice, state) {
+    this.search.hidden = !state.search;
+    if (!state.search) return;
+    const { SearchPanel } = await import("./searched.js");
+    this.searched ??= new SearchPanel(this.parts.go, this.parts.command);
+    this.search.replaceChildren(this.searched.element);
+    await this.searched.show(choice, state);
+  }
+
   async lookAtStudies() {
     /** @type {{ studies: Study[], scorecards: string[], first: string[] }} */
     const { studies, scorecards, first } = await ask("studies", {});
@@ -303,7 +316,7 @@ export class Explorer {
     await this.figure.show(choice, state); // first: of many trials all takes seconds
     if (choice !== this.choice) return; // another one was chosen meanwhile
     await Promise.all([
-      this.search.show(choice, state),
+      this.showSearch(choice, state),
       this.points.show(choice, state.revision),
       this.trials.show(choice),
       this.figure.mention(),
