@@ -1,16 +1,25 @@
 """The demos of the start page: specs next to this file, with title and sentence.
 
-The animations are runs of the specs, simulated when a start page asks for animations.
+The animations are runs of the specs, simulated when a start page asks for animations
+for the first time, and kept in the cache.
 """
 
 import base64
+import hashlib
+import sys
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
 
+from kernels.identity import kernels_sha
+from sweep.errors import CacheError, OutputError
 from sweep.own_code import load_spec
+from sweep.tables import unfinished
+from sweep.trial import usual
+from sweep.web import encoding
 from sweep.web.live_show import Live
-from sweep.web.protocol import Reply
+from sweep.web.protocol import Reply, write
 from sweep.web.state import from_study
 
 FOLDER = Path(__file__).parent / "demos"
@@ -154,6 +163,34 @@ the boids.
 
 
 @cache
+def kept(name: str) -> bytes:
+    """Return the animation of a demo as JSON, from the cache of this user.
+
+    The first line of the file is a hash of the origin of the animation. If the origin
+    has changed, or the cache cannot be read, the demo is simulated.
+    """
+    origin = _origin(DEMOS[name])
+    try:
+        path = usual() / f"{name}.demo.json"
+    except CacheError:
+        return write(moving(name)).encode()
+    with suppress(OSError):
+        line, _, content = path.read_bytes().partition(b"\n")
+        if line == origin:
+            return content
+    content = write(moving(name)).encode()
+    with suppress(OutputError), unfinished(path, path.parents[1]) as file:
+        file.write(origin + b"\n" + content)
+    return content
+
+
+def _origin(demo: Demo) -> bytes:
+    """Return a hash of a demo, of the program and of the form of frames."""
+    form = Path(encoding.__file__).read_text(encoding="utf-8")
+    origin = demo, demo.text, sys.modules["sweep"].__version__, kernels_sha(), form
+    return hashlib.sha256(repr(origin).encode()).hexdigest().encode()
+
+
 def moving(name: str) -> Reply:
     """Return the animation of a demo: the scene, and the frames in base64."""
     demo = DEMOS[name]

@@ -25,7 +25,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from sweep.errors import SpecError, UserError
 from sweep.store import own_key
-from sweep.web.demo import DEMOS, moving
+from sweep.web.demo import DEMOS, kept
 from sweep.web.launching import actions
 from sweep.web.protocol import MOST_BYTES, MessageError, Reply, write
 from sweep.web.rooms import PageSite, Rooms
@@ -195,7 +195,7 @@ class PageServer:
         """Return all demos, for the start page."""
         if not self._admits(request):
             return Response(NOT_FOUND, 404, HEADERS, "text/plain")
-        return _data({"demos": [demo.entry() for demo in DEMOS.values()]})
+        return _json(write({"demos": [demo.entry() for demo in DEMOS.values()]}))
 
     async def _moving(self, request: Request) -> Response:
         """Return the animation of a demo. Demos run in sequence, in a thread."""
@@ -204,7 +204,7 @@ class PageServer:
             return Response(NOT_FOUND, 404, HEADERS, "text/plain")
         try:
             async with self.flying:
-                return _data(await asyncio.to_thread(moving, name))
+                return _json(await asyncio.to_thread(kept, name))
         except asyncio.CancelledError:  # the server ends before the demo
             return Response("", 503, HEADERS)
 
@@ -255,8 +255,8 @@ async def _object(request: Request) -> Any:
         raise MessageError("a message must be JSON") from None
 
 
-def _data(reply: Reply) -> Response:
-    return Response(write(reply), 200, HEADERS, "application/json")
+def _json(content: bytes | str) -> Response:
+    return Response(content, 200, HEADERS, "application/json")
 
 
 def _token(port: int) -> str:

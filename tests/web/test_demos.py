@@ -3,10 +3,13 @@ simulator.
 """
 
 import base64
+import json
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from urllib.error import HTTPError
 from urllib.request import urlopen
 
@@ -14,12 +17,14 @@ import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page
 
+import sweep.web.demo as demos
 from sweep.spec.study import RecordSpec
 from sweep.trial.simulation import Simulation
 from sweep.web.demo import DEMOS, FOLDER, moving
 from sweep.web.encoding import frame
 from sweep.web.flight import KeptFlight, fly
 from sweep.web.live_show import Live
+from sweep.web.protocol import Reply
 from sweep.web.server import PageServer
 from tests.cases import slow_but
 from tests.web.chromium import PATIENCE, Opened
@@ -28,6 +33,7 @@ from tests.web.test_going_on import copied
 
 Open = Callable[..., Opened]
 CARDS = ".demos a"
+TOPS = "cards => cards.map((card) => card.getBoundingClientRect().top)"
 LOADED = "() => document.querySelector('canvas').width !== 300"
 """The first picture has its frames: a canvas is made 300 wide."""
 
@@ -53,6 +59,31 @@ def test_a_moving_picture_is_the_run_of_its_spec(name: str) -> None:
     shown = base64.b64decode(picture["frames"][-1])
     assert len(picture["frames"]) == demo.frames
     assert shown[8 : len(plain)] == plain[8:]  # what follows the flags
+
+
+def test_an_animation_is_simulated_once_for_a_program(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Another program, and a damaged file, lead to another simulation."""
+    flown = []
+
+    def moving(name: str) -> Reply:
+        flown.append(name)
+        return {"frames": len(flown)}
+
+    def shown() -> object:
+        return json.loads(demos.kept.__wrapped__("maze"))["frames"]
+
+    folder = tmp_path / "cache"
+    monkeypatch.setattr(demos, "usual", lambda: folder)
+    monkeypatch.setattr(demos, "moving", moving)
+    assert [shown(), shown()] == [1, 1]
+    monkeypatch.setattr(demos, "kernels_sha", lambda: "another")
+    assert [shown(), shown()] == [2, 2]
+    (file,) = folder.iterdir()
+    file.write_bytes(file.read_bytes()[:40])
+    assert [shown(), shown()] == [3, 3]
+    assert flown == ["maze"] * 3
 
 
 @cache
@@ -110,9 +141,14 @@ def test_axe_finds_nothing_on_the_start_page(
     page = started(color_scheme=scheme, viewport={"width": width, "height": 844})
     assert page.get_by_role("heading", level=1).inner_text() == "boidsweep"
     assert found(page) == []
-    assert not page.evaluate(
-        "document.documentElement.scrollWidth > document.documentElement.clientWidth"
-    )
+    for other in (width, 700, 1440, 1920, 2560):
+        page.set_viewport_size({"width": other, "height": 844})
+        assert not page.evaluate(
+            "document.documentElement.scrollWidth"
+            " > document.documentElement.clientWidth"
+        )
+        rows = Counter(page.locator(CARDS).evaluate_all(TOPS))
+        assert len({*rows.values()}) == 1, "a row has a hole"
 
 
 def test_pictures_move_until_they_are_stopped_or_from_the_beginning_not(

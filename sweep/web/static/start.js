@@ -121,7 +121,7 @@ function build(main, demos) {
     make("p", {
       className: "facts",
       textContent:
-        "The animations are runs of the specs of the demos, simulated just now.",
+        "The animations are runs of the specs of the demos, simulated on this machine.",
     }),
   );
   return cards;
