@@ -165,6 +165,13 @@ class Setting:
             f" {self.allowed()}"
         )
 
+    def as_entered(self, value: Value) -> Any:
+        """Return a value in the form of a spec: positions are a list of pairs."""
+        if self.kind != "places":
+            return value
+        rows = places_of(value) or ()
+        return [[_whole(number) for number in row] for row in rows]
+
     def column(self, values: Sequence[Any] | Values) -> Values:
         """Return many values in the type of this parameter.
 
@@ -316,6 +323,10 @@ def in_a_line(places: Places) -> str:
     Numbers have all digits.
     """
     return "; ".join(f"{_shortest(x)} {_shortest(y)}" for x, y in places)
+
+
+def _whole(number: float) -> float:
+    return int(number) if number.is_integer() else number
 
 
 def _shortest(number: float) -> str:

@@ -162,6 +162,7 @@ class OpenedSpec:
         """Return the text with shown values in place of axes and derived names."""
         yaml = YAML()
         yaml.preserve_quotes = True
+        yaml.default_flow_style = None  # of what is added: short lists stay in a line
         yaml.width = WIDTH
         root = yaml.load(self.study.text)
         gone: list[Place] = [("derive", name) for name in underived]

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from sweep.design import Job
-from sweep.spec import places_of, polygon_as_written
+from sweep.spec import polygon_as_written
 from sweep.trial import failures_of, world_of
 from sweep.web.protocol import Reply
 
@@ -13,15 +13,11 @@ from sweep.web.protocol import Reply
 def scene_of(job: Job) -> Reply:
     """Return the scene message of the world in which a trial runs.
 
-    The goal is drawn for a model with a rule towards the goal, also where the weight of
-    the rule is 0.
+    The goals are those that boids seek: none where the weight of the rule is 0.
     """
     world = world_of(job)
     model = job.catalogue.models[job.model]
     settings = job.settings
-    sought = any(rule.to_goal for rule in model.rules)
-    goal = [float(settings[name]) for name in ("goal_x", "goal_y", "goal_radius")]
-    later = places_of(settings["next_goals"]) or ()
     return {
         "type": "scene",
         "width": world.width,
@@ -38,8 +34,8 @@ def scene_of(job: Job) -> Reply:
         ],
         "paths": world.paths
         and world.paths._asdict() | {"velocities": world.paths.velocities.tolist()},
-        "goal": goal if sought else None,
-        "next_goals": list(map(list, later)) if sought else [],
+        "goal": world.goal and list(world.goal),
+        "next_goals": list(map(list, world.next_goals)),
         "kinds": list(map(list, world.kinds.items())),
         "failing": _failing(job),
     }

@@ -351,7 +351,7 @@ class ViewState:
         if self.own:
             values["maps"] = {str(self.fixed["map"]): map_as_written(self.own)}
         if fixed := {
-            name: self.fixed[name]
+            name: described[name].as_entered(self.fixed[name])
             for name in described
             if name in self.fixed and name not in self.sweeps
         }:
@@ -443,9 +443,12 @@ class ViewState:
         return opened.text(edits)
 
     def _as_written(self, name: str, value: Any) -> Any:
-        """Return a file in place of the name of an entry."""
+        """Return a value as in a spec: a file in place of the name of an entry."""
         kinds = {"map": "maps", "start_draws": "starts", "metrics": "metrics"}
-        return self.catalogue.written(kinds[name], value) if name in kinds else value
+        if name in kinds:
+            return self.catalogue.written(kinds[name], value)
+        described = self._known_settings
+        return described[name].as_entered(value) if name in described else value
 
     def _portable(self) -> dict[str, Any]:
         """Return the spec with files in place of the names of entries."""

@@ -486,6 +486,9 @@ def test_obstacles_without_a_mouse(opened: Open) -> None:
 
 def test_the_goal_is_set_by_mouse(opened: Open) -> None:
     page = opened()
+    assert not page.page.get_by_role("button", name="Set the goal (G)").is_visible()
+    page.send(type="set", name="goal_weight", value=0.001)
+    page.until("boidsweep.view.stage.scene.goal")
     page.page.keyboard.press("g")
     page.page.mouse.click(*page.place(100, 500))
     page.until("boidsweep.view.state.settings.goal_x < 101")
@@ -509,6 +512,7 @@ def goals(page: Opened) -> list[list[float]]:
 def with_three_goals(opened: Open) -> Opened:
     """A page whose boids are not near the second and the third goal."""
     page = opened()
+    page.send(type="set", name="goal_weight", value=0.001)
     page.send(type="set", name="next_goals", value=in_a_line((SECOND, THIRD)))
     page.until("boidsweep.view.stage.scene.next_goals.length === 2")
     for goal in (SECOND, THIRD):
