@@ -5,7 +5,7 @@ needs no code here.
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -158,11 +158,24 @@ def trials_of(spec: OpenedSpec | None) -> Reply | None:
     if spec is None:
         return None
     design = spec.design
-    return offered(spec.study.name, design.columns, design.n_points, spec.replicates)
+    return offered(
+        spec.study.name,
+        design.columns,
+        design.n_points,
+        spec.replicates,
+        drawn=[
+            name for axis in spec.study.axes if axis.sampler for name in axis.columns
+        ],
+    )
 
 
 def offered(
-    study: str, columns: Mapping[str, NDArray[Any]], points: int, replicates: int
+    study: str,
+    columns: Mapping[str, NDArray[Any]],
+    points: int,
+    replicates: int,
+    *,
+    drawn: Collection[str] = (),
 ) -> Reply:
     """Return the trials of a study, for a page that chooses a trial.
 
@@ -176,12 +189,35 @@ def offered(
         Number of points.
     replicates : int
         Trials per point.
+    drawn : collection of str, optional
+        Parameters that a sampler draws: each is free, although points of a small sample
+        differ in all of them.
     """
     axes = []
-    for name, column in columns.items():
-        values = [plain(value) for value in dict.fromkeys(column.tolist())]
-        axes.append({"name": name, "values": values if len(values) <= MOST else []})
+    values = {name: column.tolist() for name, column in columns.items()}
+    for name in values:
+        distinct = [plain(value) for value in dict.fromkeys(values[name])]
+        few = len(distinct) <= MOST
+        source = _source(values, name) if few and name not in drawn else ""
+        axes.append(
+            {"name": name, "values": distinct if few else [], "follows": source}
+        )
     return {"study": study, "points": points, "replicates": replicates, "axes": axes}
+
+
+def _source(values: Mapping[str, list[Any]], name: str) -> str:
+    """Return the first of the earlier parameters from which a parameter follows.
+
+    Each value of that parameter has a single value of `name`. The text is "" if no
+    parameter has this property.
+    """
+    for other in values:
+        if other == name:
+            break
+        pairs = {*zip(values[other], values[name], strict=True)}
+        if len(pairs) == len({*values[other]}):
+            return other
+    return ""
 
 
 def trial_of(spec: OpenedSpec | None) -> Reply | None:

@@ -319,6 +319,7 @@ class Live(Session):
             "exact": self.exact,
             "note": self.note,
             "sweeps": {name: range_._asdict() for name, range_ in state.sweeps.items()},
+            "follows": state.follows,
             "selected": self.selected,
             "overlays": list(self.overlays),
             "plots": list(state.plots),

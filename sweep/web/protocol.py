@@ -48,12 +48,15 @@ To the page:
 
 - `controls model models preset others groups maps metrics overlays trials`: see
   sweep.web.controls. trials is null or the opened spec: {study, points, replicates,
-  axes}. Each axis has name and values; values is empty for many values
+  axes}. Each axis has name, values and follows; values is empty for many values, and
+  follows names the axis on which the value depends, or is empty
 - `state run model preset settings changed shapes seed running speed step steps past
-  undo redo exact note sweeps selected overlays plots trial files replay ended answers`:
+  undo redo exact note sweeps follows selected overlays plots trial files replay ended
+  answers`:
 
   * run is another number for each run; the frames that follow belong to this run
   * past is [first, last], the steps that can be reached
+  * follows has the parameters that follow from other parameters, and the names of these
   * undo and redo have the edit in words
   * ended, for two runs, is the reason why a run has ended
   * files has the kinds of file that cannot be made, and the reasons

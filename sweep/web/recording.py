@@ -155,6 +155,7 @@ def _state(flight: KeptFlight, state: Message) -> Message:
         "selected": None,
         "overlays": [],
         "sweeps": {},
+        "follows": {},
         "files": {},
         "plots": plots,
     }

@@ -169,6 +169,25 @@ class ViewState:
         """The value of every parameter, and of each spread that differs from 0."""
         return self.job.settings
 
+    @cached_property
+    def follows(self) -> dict[str, list[str]]:
+        """The parameters that follow from others, with the names of the others.
+
+        A map with a size gives width and height. A spec computes the parameters under
+        `derive`, unless one of these or of the others was changed.
+        """
+        sources: dict[str, list[str]] = {}
+        if not self.own and self.catalogue.maps[str(self.settings["map"])].size:
+            sources |= {side: ["map"] for side in SIDES}
+        if self.opened and self.opened.study.derive:
+            changed = self._differing(from_opened(self.opened)).keys()
+            sources |= {
+                name: sorted(expression.names)
+                for name, expression in self.opened.study.derive.items()
+                if changed.isdisjoint({name, *expression.names})
+            }
+        return sources
+
     def _differing(self, before: "ViewState") -> dict[str, Value]:
         """Return the parameters that differ from another state, with the new values."""
         values = self._preset | self.settings

@@ -68,7 +68,14 @@ class TrialChoice:
     def offered(self) -> Reply:
         """Return the trials of the controls message."""
         points = len(self.points)
-        return offered(self.study.name, self.columns, points, self.replicates)
+        axes = (self.study.about.axes or {}).values()
+        return offered(
+            self.study.name,
+            self.columns,
+            points,
+            self.replicates,
+            drawn=[name for axis in axes if axis.sampler for name in axis.settings],
+        )
 
     def place(self, job: Job) -> Place:
         """Return the point and the replicate of a trial."""

@@ -354,7 +354,9 @@ def test_one_goes_from_one_stored_trial_to_another(flown: StoredStudy) -> None:
     assert sorted(seen) == sorted(trials.index)
     offered = show.greeting()[0]["trials"]
     assert (offered["points"], offered["replicates"]) == (2, 3)
-    assert offered["axes"] == [{"name": "separation_weight", "values": [0.5, 1.0]}]
+    assert offered["axes"] == [
+        {"name": "separation_weight", "values": [0.5, 1.0], "follows": ""}
+    ]
     show.handle(messages.ShowValue("separation_weight", 0.5))
     state = show.status()
     assert (state["trial"]["point"], state["trial"]["replicate"]) == (0, 2)

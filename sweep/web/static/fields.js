@@ -143,6 +143,10 @@ class Sweeper {
   }
 }
 
+/** @param {string[]} sources */
+const followed = (sources) =>
+  sources.length ? `follows from ${sources.map(spaced).join(", ")}` : "";
+
 export class Field {
   /**
    * @param {Setting} about
@@ -169,6 +173,7 @@ export class Field {
       ? new Sweeper(about, this.slide, (message) => this.ask(message))
       : null;
     this.back = this.undo();
+    this.meaning = make("span", { className: "about", textContent: about.text });
     this.element = this.row();
     for (const event of ["pointerenter", "focusin"]) {
       this.element.addEventListener(event, () => tip.show(this));
@@ -179,10 +184,9 @@ export class Field {
   }
 
   row() {
-    const { name, kind, text, unit } = this.about;
+    const { name, kind, unit } = this.about;
     const title = make("label", { htmlFor: this.id, textContent: spaced(name) });
-    const meaning = make("span", { className: "about", textContent: text });
-    const head = make("div", { className: "head" }, title, meaning, this.back);
+    const head = make("div", { className: "head" }, title, this.meaning, this.back);
     const line = make("div", { className: "line" }, this.input);
     if (this.slider) line.prepend(this.slider);
     const element = make("div", { className: `field ${kind}` }, head, line);
@@ -305,9 +309,15 @@ export class Field {
     this.input.setAttribute("aria-invalid", "true");
   }
 
-  /** @param {Value} value @param {boolean} changed @param {Sweep | undefined} sweep */
-  update(value, changed, sweep) {
-    const known = JSON.stringify([value, changed, sweep]);
+  // A value that follows from the settings of these names is no axis of its own.
+  /**
+   * @param {Value} value
+   * @param {boolean} changed
+   * @param {Sweep | undefined} sweep
+   * @param {string[]} follows
+   */
+  update(value, changed, sweep, follows = []) {
+    const known = JSON.stringify([value, changed, sweep, follows]);
     if (known === this.known) return;
     this.known = known;
     this.value = value;
@@ -315,6 +325,8 @@ export class Field {
     this.back.hidden = !changed;
     this.show();
     this.sweeper?.show(value, sweep);
+    if (this.sweeper) this.sweeper.button.hidden = follows.length > 0;
+    this.meaning.textContent = followed(follows) || this.about.text;
   }
 
   show() {

@@ -110,10 +110,10 @@ export class SettingGroups {
   }
 
   /** @param {State} state */
-  show({ settings, changed, seed, sweeps, replay }) {
+  show({ settings, changed, seed, sweeps, follows, replay }) {
     for (const [name, field] of this.fields) {
       const value = name === "seed" ? seed : settings[name];
-      field.update(value, changed.includes(name), sweeps[name]);
+      field.update(value, changed.includes(name), sweeps[name], follows[name]);
       field.freeze(Boolean(replay));
     }
     for (const { names, count } of this.counted) {

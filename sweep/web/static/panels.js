@@ -7,7 +7,7 @@ import { button, make } from "./dom.js";
 /** @type {Record<Panel, [words: string, key: string]>} */
 const WORDS = { settings: ["Parameters", "S"], watch: ["Overlays and metrics", "M"] };
 /** @type {Panel[]} */
-const PANELS = ["settings", "watch"];
+const PANELS = ["watch", "settings"];
 
 export class Panels {
   /** @param {HTMLElement} root */

@@ -5,7 +5,7 @@ import { button, make, short, spaced } from "./dom.js";
 
 /** @import { Picture } from "./dom.js" */
 /** @import { Controls, Message, Replay, State } from "./protocol.d.ts" */
-/** @import { Trial, Trials } from "./protocol.d.ts" */
+/** @import { Trial, Trials, Value } from "./protocol.d.ts" */
 
 export class Pickers {
   /** @param {string} prefix @param {(message: Message) => void} send */
@@ -71,18 +71,20 @@ export class Pickers {
   /** @param {Trials} trials @param {Trial} trial */
   trials({ points, replicates, axes }, { point, replicate, values, before, after }) {
     const many = axes.some((axis) => !axis.values.length);
-    const byValue = many ? [] : axes.map(({ name, values: known }) =>
-      this.picker(
-        spaced(name),
-        String(values[name]),
-        known.map((one) => ({ name: String(one), text: "" })),
-        (chosen) => {
-          const value = known.find((one) => String(one) === chosen) ?? chosen;
-          this.send({ type: "value", name, value });
-        },
-        "axis",
-      )
-    );
+    const byValue = many
+      ? []
+      : axes.map(({ name, values: known, follows }) =>
+        follows ? this.followed(name, values[name], follows) : this.picker(
+          spaced(name),
+          String(values[name]),
+          known.map((one) => ({ name: String(one), text: "" })),
+          (chosen) => {
+            const value = known.find((one) => String(one) === chosen) ?? chosen;
+            this.send({ type: "value", name, value });
+          },
+          "axis",
+        )
+      );
     /** @param {number} number */
     const to = (number) => this.send({ type: "trial", point: number, replicate });
     /** @param {number} number */
@@ -100,6 +102,16 @@ export class Pickers {
         ]
         : []),
     ];
+  }
+
+  // A value that cannot be chosen alone, because it follows from another one.
+  /** @param {string} name @param {Value} value @param {string} source */
+  followed(name, value, source) {
+    const words = typeof value === "number" ? short(value) : String(value);
+    const textContent = `${words}, follows from ${spaced(source)}`;
+    const title = make("label", { textContent: spaced(name) });
+    title.append(make("output", { textContent }));
+    return make("div", { className: "axis" }, title);
   }
 
   // To a trial beside the one that is shown.

@@ -132,7 +132,7 @@ export interface Trials {
   study: string;
   points: number;
   replicates: number;
-  axes: { name: string; values: Value[] }[];
+  axes: { name: string; values: Value[]; follows: string }[];
 }
 
 /** Which of them is shown. */
@@ -213,6 +213,8 @@ export interface State {
   exact: boolean;
   note: string;
   sweeps: Record<string, Sweep>;
+  /** What settings follow from, by their names. */
+  follows: Record<string, string[]>;
   selected: number | null;
   overlays: string[];
   plots: string[];

@@ -396,6 +396,7 @@ class Supplement {
       exact: true,
       note: "",
       sweeps: {},
+      follows: {},
       selected: null,
       overlays: [],
       plots: [metric.name],
