@@ -42,9 +42,12 @@ from .pareto import pareto_figure as pareto_figure
 from .planning import Choices as Choices
 from .planning import FigureKind as FigureKind
 from .planning import Planned as Planned
+from .saving import DOTS as DOTS
 from .saving import FORMATS as FORMATS
+from .saving import MILLIMETRES as MILLIMETRES
 from .saving import PrintSize as PrintSize
 from .saving import about_study as about_study
+from .saving import fit as fit
 from .saving import save as save
 from .saving import saved_about as saved_about
 from .scales import axis_label as axis_label

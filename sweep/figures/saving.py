@@ -108,7 +108,7 @@ def save(
     (below or path.parent).mkdir(parents=True, exist_ok=True)
     if size:
         size.check()
-        _fit(figure, size)
+        fit(figure, size)
     if watermark:
         _mark(figure, watermark)
     files = {name: path.with_name(f"{path.name}.{name}") for name in formats}
@@ -187,7 +187,7 @@ def saved_about(path: Path) -> dict[str, str]:
         return {}
 
 
-def _fit(figure: Figure, size: PrintSize) -> None:
+def fit(figure: Figure, size: PrintSize) -> None:
     """Give a figure the width, the sizes of text and the font of a journal."""
     width, height = figure.get_size_inches()
     scale = size.width / MILLIMETRES / width

@@ -24,12 +24,17 @@ from numpy.typing import NDArray
 from sweep.design import Job
 from sweep.errors import ChoiceError
 from sweep.figures import (
+    BLUE,
+    DOTS,
     GREEN,
+    MILLIMETRES,
     STYLE,
+    PrintSize,
     colours_of_kinds,
     draw_flock,
     draw_map,
     draw_obstacles,
+    fit,
     note,
     number_goals,
     words,
@@ -42,10 +47,12 @@ from sweep.trial import failures_of, kinds_of, world_of
 MOST_FRAMES = 600
 WIDTH_INCHES = 6.4
 DPI = 110
+COLUMN = PrintSize(89.0)
+"""The size of a single frame: a column of a journal."""
 TRIANGLES = 45
 """The number of boids that fit in a row along the longer side of the world."""
 
-BOIDS = "0.1"
+BOIDS = BLUE
 """The colour of boids without kinds."""
 TRAIL = 15
 """The number of earlier figures that a trail shows in an animation."""
@@ -68,7 +75,7 @@ class Scene:
     """A figure of the world of a trial, into which frames are drawn in order.
 
     `every` is the number of steps between two frames of an animation, which has trails;
-    None for one frame.
+    None for one frame, which has the size of a column of a journal.
     """
 
     def __init__(self, study: str, job: Job, every: int | None = None) -> None:
@@ -78,7 +85,11 @@ class Scene:
         self.failures = failures_of(job)
         self.length = max(self.world.width, self.world.height) / TRIANGLES
         with style.context(STYLE):
-            self.figure = Figure(figsize=self._size(), dpi=DPI)
+            self.figure = (
+                Figure(figsize=self._size(WIDTH_INCHES), dpi=DPI)
+                if every
+                else Figure(figsize=self._size(COLUMN.width / MILLIMETRES), dpi=DOTS)
+            )
             self.canvas = cast(Any, FigureCanvasAgg(self.figure))
             self.axes = self.figure.subplots()
             still = self.world.paths is None
@@ -90,7 +101,7 @@ class Scene:
             )
             self._draw_goals()
             self.colour = self._colours()
-            self.figure.suptitle(
+            self.name = (
                 f"{job.model}, {words(job.preset)}: {words(job.settings['map'])}"
             )
             pace = (
@@ -106,7 +117,9 @@ class Scene:
             )
             self.crosses = self._draw_crosses()
             self.ground = self._draw_ground()
-            self.title = self.axes.set_title(" ", animated=True)
+            self.title = self.axes.set_title(" \n \n ", animated=True)
+            if not every:
+                fit(self.figure, COLUMN)
             self.canvas.draw()
         self.figure.set_layout_engine("none")
         self.still = self.canvas.copy_from_bbox(self.figure.bbox)
@@ -144,7 +157,8 @@ class Scene:
             flock = self.axes.collections[-1]
             self.axes.draw_artist(flock)
             flock.remove()
-            self.title.set_text(self._words(step, bodies) + _coverage_words(visits))
+            shown = self._words(step, bodies) + _coverage_words(visits)
+            self.title.set_text(f"{self.name}\n{shown}")
             self.axes.draw_artist(self.title)
         return np.array(self.canvas.buffer_rgba())[:, :, :3]
 
@@ -186,16 +200,13 @@ class Scene:
         jumps = (np.abs(steps[1] - steps[0]) > size / 2).any(axis=1)
         return steps.transpose(2, 1, 3, 0)[:, ~jumps].reshape(2, -1)
 
-    def _size(self) -> tuple[float, float]:
+    def _size(self, width: float) -> tuple[float, float]:
         """Return width and height in inches, with room for titles and labels.
 
-        Width and height are even numbers of pixels, as MP4 needs.
+        The height of an animation is an even number of pixels, as MP4 needs.
         """
-        height = (
-            WIDTH_INCHES * min(max(self.world.height / self.world.width, 0.25), 1.5)
-            + 0.75
-        )
-        return WIDTH_INCHES, 2 * round(height * DPI / 2) / DPI
+        shape = min(max(self.world.height / self.world.width, 0.25), 1.5)
+        return width, 2 * round((width * shape + 0.75) * DPI / 2) / DPI
 
     def _colours(self) -> str | list[str]:
         """Return the colour of all boids, or of each boid if there are kinds.
@@ -247,9 +258,9 @@ class Scene:
         number_goals(self.axes, self.world, GREEN)
 
     def _words(self, step: int, bodies: NDArray[np.float64]) -> str:
-        """Return the title of a frame: step, time, and numbers of boids.
+        """Return step and time of a frame, and below them the numbers of boids.
 
-        The title counts all boids, and boids outside the figure.
+        The numbers are all boids, and boids outside the figure.
         """
         settings = self.job.settings
         x, y = bodies[:2]
@@ -264,7 +275,7 @@ class Scene:
         )
         beyond = f", {np.sum(~inside):,} outside" if not inside.all() else ""
         return (
-            f"step {step:,} of {settings['steps']:,}{clock}; {len(x):,} boids{beyond}"
+            f"step {step:,} of {settings['steps']:,}{clock}\n{len(x):,} boids{beyond}"
         )
 
 
@@ -314,7 +325,8 @@ def write_picture(study: str, job: Job, frame: int, path: Path, report: Report) 
     if shown is None:
         raise ChoiceError(f"trial {job.trial_id} diverged before frame {frame:,}")
     with unfinished(path) as file:
-        Image.fromarray(Scene(study, job).draw(*shown)).save(file, "png")
+        picture = Image.fromarray(Scene(study, job).draw(*shown))
+        picture.save(file, "png", dpi=(DOTS, DOTS))
 
 
 def frames_apart(job: Job) -> int:

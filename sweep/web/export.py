@@ -14,7 +14,7 @@ from PIL import Image, PngImagePlugin
 
 from sweep.design import Job
 from sweep.errors import ChoiceError
-from sweep.figures import DRAWING, STYLE, draw_flock
+from sweep.figures import DOTS, DRAWING, STYLE, draw_flock
 from sweep.replays import (
     MOST_FRAMES,
     Picture,
@@ -118,7 +118,8 @@ def _png(
     file = io.BytesIO()
     for key, value in origin.items():
         chunks.add_text(key, value)
-    Image.fromarray(scene.draw(step, bodies)).save(file, "png", pnginfo=chunks)
+    picture = Image.fromarray(scene.draw(step, bodies))
+    picture.save(file, "png", pnginfo=chunks, dpi=(DOTS, DOTS))
     return file.getvalue()
 
 

@@ -12,6 +12,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from matplotlib.patches import Circle
+from matplotlib.text import Text
 from PIL import Image
 from pyarrow import csv
 
@@ -19,7 +20,7 @@ import sweep.replays.flight as flight
 import sweep.replays.video as video
 from sweep.cli.replay_files import ReplayFiles, check, show
 from sweep.errors import ChoiceError, OutputError
-from sweep.figures import COLOURS
+from sweep.figures import BLUE, COLOURS
 from sweep.replays.animation import Scene, frames_apart, write_animation, write_picture
 from sweep.replays.flight import frames, shown_frames, write_flight
 from sweep.tables.stored_study import StoredStudy
@@ -120,7 +121,8 @@ def test_a_frame_shows_boids_obstacles_and_goal_in_their_places() -> None:
         column, up = scene.axes.transData.transform((x, y))
         return picture[round(picture.shape[0] - up), round(column)].tolist()
 
-    assert max(colour(5.0, 2.0)) < 60
+    boid = list(bytes.fromhex(BLUE[1:]))
+    assert colour(5.0, 2.0) == boid
     assert colour(3.0, 6.0) == [153, 153, 153]
     assert colour(7.0, 3.0) == [255, 255, 255]
     goal = colour(9.0, 9.0)
@@ -129,7 +131,7 @@ def test_a_frame_shows_boids_obstacles_and_goal_in_their_places() -> None:
     assert (later != picture).any()
     assert not scene.axes.collections[1:]
     picture = later
-    assert max(colour(7.0, 3.0)) < 60
+    assert colour(7.0, 3.0) == boid
     assert colour(5.0, 2.0) == [255, 255, 255]
 
 
@@ -235,9 +237,24 @@ def test_every_frame_has_the_state_and_the_kinds_of_boids(tmp_path: Path) -> Non
 def test_a_frame_says_its_number_its_time_and_who_is_outside() -> None:
     scene = Scene("test", builders.job("rustamani2024", n=2, steps=40))
     words = scene._words(12, np.array([[5.0, -1.0], [2.0, 0.5], [0, 0], [0, 0]]))
-    assert words == "step 12 of 40, t = 1.2 s; 2 boids, 1 outside"
+    assert words == "step 12 of 40, t = 1.2 s\n2 boids, 1 outside"
     pixels = Scene("test", builders.job("nguyen2024", n=2, steps=40))
-    assert pixels._words(0, np.zeros((4, 2))) == "step 0 of 40; 2 boids"
+    assert pixels._words(0, np.zeros((4, 2))) == "step 0 of 40\n2 boids"
+
+
+def test_a_single_frame_is_a_column_of_a_journal_with_its_title_in_the_middle() -> None:
+    """89 mm at 300 dpi, all text of 5 to 7 points, and no title beyond the edges."""
+    scene = Scene("test", builders.job("aziel_chen2025", n=2, steps=100_000))
+    picture = scene.draw(100_000, np.array([[5, -1], [2, 0], [0, 0], [0, 0]], float))
+    assert picture.shape[1] == 1051
+    assert scene.figure.get_suptitle() == ""
+    title = scene.title.get_window_extent()
+    axes = scene.axes.bbox
+    assert (title.x0 + title.x1) / 2 == pytest.approx((axes.x0 + axes.x1) / 2)
+    assert 0 < title.x0 < title.x1 < 1051
+    assert title.y1 < picture.shape[0]
+    sizes = [text.get_fontsize() for text in scene.figure.findobj(Text)]
+    assert 5 <= min(sizes) <= max(sizes) <= 7
 
 
 @pytest.mark.parametrize(

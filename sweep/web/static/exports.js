@@ -18,8 +18,8 @@ const FILES = [
     ["lines", "SVG", "as lines"],
   ]],
   ["The image for print, with axes and units", [
-    ["png", "PNG", "this frame as pixels"],
-    ["svg", "SVG", "this frame as lines"],
+    ["png", "PNG", "this frame as pixels, 89 mm wide, 300 dpi"],
+    ["svg", "SVG", "this frame as lines, 89 mm wide"],
   ]],
   ["The run so far", [
     ["gif", "GIF", "plays anywhere"],
