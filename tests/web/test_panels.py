@@ -108,3 +108,44 @@ def test_a_sample_of_many_boids_has_arrows_in_colours_of_their_own(
     page.page.get_by_text("; of one boid in 3").wait_for()
     page.send(type="select", boid=5)
     page.page.get_by_text("; of one boid in 3").wait_for(state="detached")
+
+
+def test_a_setting_that_follows_from_the_map_is_no_axis(opened: Open) -> None:
+    page = opened()
+    page.ask("document.querySelectorAll('details').forEach((one) => one.open = true)")
+    row = page.page.locator(".field[data-name=width]")
+    sweep = row.get_by_role("button", name="Sweep width in the copied spec")
+    row.get_by_text("follows from map").wait_for()
+    assert not sweep.is_visible()
+    page.send(type="set", name="map", value="empty")
+    sweep.wait_for()
+    assert row.get_by_text("follows from").count() == 0
+
+
+def test_titles_edits_and_a_low_page_show_all_of_themselves(opened: Open) -> None:
+    """Toggles are in the order of the panels, no word of an edit is cut, the ring of a
+    focus stays within its title, and the world is large where the page is low.
+    """
+    page = opened()
+    names = ["Overlays and metrics (M)", "Parameters (S)"]
+    toggles = [page.page.get_by_role("button", name=name) for name in names]
+    left, right = (one.bounding_box() for one in toggles)
+    assert left
+    assert right
+    assert left["x"] < right["x"]
+    page.send(type="set", name="cohesion_weight", value=0.123456)
+    undo = page.page.get_by_role("button", name="Undo cohesion weight")
+    undo.wait_for()
+    assert undo.evaluate(
+        "({ lastElementChild: { scrollWidth, clientWidth } }) =>"
+        " scrollWidth <= clientWidth"
+    )
+    title = page.page.locator(".plot h3 button").first
+    title.evaluate("(one) => one.focus({ focusVisible: true })")
+    assert title.evaluate("(one) => getComputedStyle(one).outlineOffset") == "-2px"
+    page.page.set_viewport_size({"width": 640, "height": 360})
+    page.until(f"{STAGE}.height > 250")
+    _, height = page.ask(
+        f"{STAGE}.box(0, 0, {STAGE}.world.width, {STAGE}.world.height).slice(2)"
+    )
+    assert height >= 200

@@ -345,7 +345,7 @@ def test_an_embedded_recording_is_the_picture_and_its_bar(
     page.close()
 
 
-@pytest.mark.parametrize("width", [390, 700, 1280])
+@pytest.mark.parametrize("width", [390, 700, 1280, 1700])
 def test_the_picture_of_a_recording_fills_its_page(
     browser: Browser, file: File, tmp_path: Path, width: int
 ) -> None:
@@ -355,6 +355,9 @@ def test_the_picture_of_a_recording_fills_its_page(
     page = browser.new_page(viewport={"width": width, "height": 800})
     page.goto(path.as_uri())
     clock(page, r"step 0 of 60")
+    page_box = page.locator(".recorded").bounding_box()
+    assert page_box
+    assert page_box["width"] == width
     least = width - 34 if width <= 700 else width / 2
     for part in ("canvas[role=application]", ".run"):
         box = page.locator(part).bounding_box()
