@@ -1,5 +1,6 @@
 """The progress of studies, their launches, and the failures of trials."""
 
+import shlex
 from typing import Any
 
 import numpy as np
@@ -14,14 +15,25 @@ from sweep.figures import MOST_MARKS
 from sweep.store import Lock, device_said, local_folder
 from sweep.tables import StoredStudy, causes_of, json_rows
 from sweep.tables import studies as overview
+from sweep.web import begin
 
 DONE, NOT_DONE, MISSING = range(3)
 
 
 def studies(watched: Watched, _question: AskStudies) -> dict[str, Any]:
-    """Return the rows of `sweep list --json`, and the scales of the scorecards."""
-    rows = overview(local_folder(watched.results, "the list of studies needs"))
-    return {"studies": json_rows(rows), "scorecards": scales(watched)}
+    """Return the rows of `sweep list --json`, and the scales of the scorecards.
+
+    `first` has the commands that launch a first study into the folder.
+    """
+    folder = local_folder(watched.results, "the list of studies needs")
+    return {
+        "studies": json_rows(overview(folder)),
+        "scorecards": scales(watched),
+        "first": [
+            f"sweep init first.yaml --model {begin().model}",
+            f"sweep launch first.yaml --results {shlex.quote(str(folder))}",
+        ],
+    }
 
 
 def state(watched: Watched, question: AskState) -> dict[str, Any]:

@@ -58,7 +58,8 @@ def _lines(page: Page) -> Iterator[str]:
     yield f"<style>\n{STYLE.read_text(encoding='utf-8')}</style>\n</head>\n<body>"
     if page.watermark:
         yield (
-            f'<div class="watermark" aria-hidden="true">{escape(page.watermark)}</div>'
+            '<div class="watermark" aria-hidden="true"'
+            f' data-words="{escape(page.watermark)}"></div>'
         )
     yield f"<main>\n<h1>{escape(TITLE)}</h1>"
     if page.watermark:

@@ -23,13 +23,13 @@ COUNTS = ("trials", "done", "not_done", "missing")
 def studies(results: Path) -> pd.DataFrame:
     """Return one row per study in a folder of results.
 
-    Columns: `study`, `model`, `preset`; the numbers `trials`, `done`, `not_done` and
-    `missing`; and `error`, the reason if the study cannot be read. Raises StoreError if
-    the folder does not exist.
+    Columns: `study`, `model`, `preset`; `varied`, the varied parameters; the numbers
+    `trials`, `done`, `not_done` and `missing`; and `error`, the reason if the study
+    cannot be read. Raises StoreError if the folder does not exist.
     """
     check_folder(results)
     rows = [_study(name, results) for name in launched_studies(results)]
-    columns = ["study", "model", "preset", *COUNTS, "error"]
+    columns = ["study", "model", "preset", "varied", *COUNTS, "error"]
     return pd.DataFrame(rows, columns=columns).astype(dict.fromkeys(COUNTS, "Int64"))
 
 
@@ -99,6 +99,7 @@ def _study(name: str, results: Path) -> dict[str, object]:
         study = StoredStudy(name, results)
         statuses = study.statuses()
         origin = study.provenance
+        varied = ", ".join(study.headings)
     except UserError as error:
         return {"study": name, "error": error.reason}
     done = statuses["done"]
@@ -107,6 +108,7 @@ def _study(name: str, results: Path) -> dict[str, object]:
         "study": name,
         "model": origin["model"],
         "preset": origin["preset"],
+        "varied": varied,
         "trials": statuses.total(),
         "done": done,
         "not_done": statuses.total() - done - missing,

@@ -13,6 +13,7 @@ from urllib.parse import unquote
 
 import numpy as np
 import pytest
+from playwright.sync_api import Browser
 
 from sweep.analysis import mean_estimate
 from sweep.cli.progress import ProgressBar
@@ -22,16 +23,19 @@ from sweep.published.judging import Row
 from sweep.published.publications import read_all
 from sweep.published.reproducing import reproduce
 from sweep.published.scorecard import (
+    Page,
     noticeable_text,
     ours_text,
     published_text,
     sentence,
     trials_text,
 )
+from sweep.published.scorecard_html import as_html
 from sweep.published.verdicts import Above, Below, Expectation, Value, Within, judge
 from sweep.workers.executors import Serial
 from tests import ROOT
 from tests.publications import PUBLISHED, experiments
+from tests.web.test_axe import found
 
 VOID = {"meta", "img", "br"}
 
@@ -119,6 +123,19 @@ def test_links_of_the_markdown_exist(markdown: str, root: Path) -> None:
             if link.startswith("#")
             else (root / link).exists()
         )
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing_on_a_page_with_a_watermark(
+    browser: Browser, tmp_path: Path, scheme: Any
+) -> None:
+    """A watermark is no text that has to be read."""
+    page = browser.new_page(color_scheme=scheme)
+    page.set_content(as_html(Page(tmp_path, [], "quick", "<b>quick</b> scale")))
+    drawn = "getComputedStyle(document.querySelector('.watermark'), '::before').content"
+    assert page.evaluate(drawn) == '"<b>quick</b> scale"'
+    assert found(page) == []
+    page.close()
 
 
 @pytest.mark.parametrize("kind", ["html", "markdown"])

@@ -4,6 +4,7 @@ import base64
 import http.client
 import json
 import re
+import shlex
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from urllib.parse import parse_qs, urlsplit
 import pytest
 from playwright.sync_api import Browser, Page, Route, expect
 
+from kernels.models import MODELS
 from sweep.cli.progress import ProgressBar
 from sweep.explorer.asking import AskFile
 from sweep.explorer.drawn import file
@@ -104,7 +106,10 @@ ALIGNED = """(selector) => {
 @pytest.mark.smoke
 def test_a_tour_from_the_list_to_a_trial_that_plays(opened: Open) -> None:
     page = opened()
-    page.get_by_role("button", name="small", exact=True).click()
+    row = page.locator("tr", has=page.get_by_role("button", name="small", exact=True))
+    expect(row.locator("td").nth(2)).to_have_text("separation weight")
+    assert found(page) == []
+    row.get_by_role("button").click()
     seen(page, ".figure .board")
     seen(page, "[aria-label=points] tbody button")
     assert page.evaluate(ALIGNED, "[aria-label=points]") == []
@@ -176,6 +181,26 @@ def test_the_keyboard_stays_where_it_is_when_a_table_changes(opened: Open) -> No
     expect(page.locator("[aria-label=trials] tr.chosen :focus")).to_have_text(words)
 
 
+def test_a_folder_without_a_study_has_commands_that_launch_one(
+    page: Page, tmp_path: Path
+) -> None:
+    folder = tmp_path / "my results"
+    folder.mkdir()
+    with in_a_thread(explorer(folder, None)[0]) as server:
+        page.goto(server.url)
+        seen(page, "[aria-label=studies] code")
+        lines = page.locator("[aria-label=studies] code").all_inner_texts()
+        hidden = not page.locator(".pages:visible").count()
+        wrong = found(page)
+        page.close()
+    assert hidden
+    assert wrong == []
+    (*init, model), run = map(shlex.split, lines)
+    assert init == ["sweep", "init", "first.yaml", "--model"]
+    assert model in MODELS
+    assert run == ["sweep", "launch", "first.yaml", "--results", str(folder)]
+
+
 SIDES = "#a=grid:borders%3Dtorus&b=grid:borders%3Dbounded&metric=speed"
 
 
@@ -183,6 +208,11 @@ def test_a_tour_of_a_comparison_to_a_trial_of_either_side(opened: Open) -> None:
     page = opened("#study=grid")
     page.get_by_text("Compare with another side").click()
     page.locator("#study-a").fill("grid:borders=torus")
+    names = page.locator("#study-names option")
+    expect(names.first).to_be_attached()
+    values = {one.get_attribute("value") for one in names.all()}
+    assert {"grid", "profiled", "searched", "small"} <= values
+    assert page.locator("#study-b").get_attribute("list") == "study-names"
     page.locator("#study-b").fill("grid:borders=bounded")
     page.get_by_role("button", name="compare").click()
     seen(page, ".forest canvas")

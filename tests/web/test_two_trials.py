@@ -22,6 +22,7 @@ from sweep.web.server import PageServer
 from sweep.web.twin import Twin
 from tests import plotted
 from tests.web.chromium import in_a_thread
+from tests.web.test_axe import found
 from tests.web.test_going_on import free_port
 
 
@@ -107,6 +108,7 @@ def test_a_second_trial_plays_beside_the_first_one_on_its_clock(
     expect(page.locator(".head-of-side .differing").nth(1)).to_contain_text(
         "separation weight 1, "
     )
+    assert found(page) == []
     page.get_by_role("slider", name="step", exact=True).press("ArrowRight")
     views = "const { view, second } = window.explorer.player.played.mounted"
     page.wait_for_function(f"() => {{ {views}; return view.shown === 1; }}")

@@ -10,6 +10,7 @@ export interface Study {
   study: string;
   model: string;
   preset: string;
+  varied: string | null;
   trials: Known;
   done: Known;
   not_done: Known;

@@ -14,6 +14,7 @@ const LETTERS = ["A", "B"];
 const MOST_NAMES = 4;
 const OF_THE_FIRST = ["hello", "ready"];
 const OF_BOTH = "keep";
+const REGIONS = ":is(section, aside)[aria-label]";
 
 // The two frames in a message that has two, or null.
 /**
@@ -94,15 +95,28 @@ class SideHead {
   /** @param {State} mine @param {State} other */
   show(mine, other) {
     const { replay } = mine;
-    const named = replay ? `${replay.which ?? replay.trial}, ${replay.study}` : "";
-    write(this.name, named || `${mine.model}, ${mine.preset}`);
-    this.name.title = named;
+    const trial = replay?.trial.slice(0, 8);
+    const { model, preset } = mine;
+    write(
+      this.name,
+      replay ? `${replay.study}, trial ${trial}` : `${model}, ${preset}`,
+    );
+    this.name.title = replay?.which ?? "";
     const names = differing(mine, other);
     const [few, all] = valuesOf(mine, names);
     write(this.differs, names.length ? few : "equal parameters");
     this.differs.title = all;
     const ended = mine.ended && !mine.running ? mine.ended : "";
     write(this.ended, ended && `${ended}: both runs stop here`);
+  }
+}
+
+// Names the regions of a view, which are those of a run if it has a letter.
+/** @param {View} view @param {string} letter */
+function nameRegions({ root }, letter) {
+  for (const region of root.querySelectorAll(REGIONS)) {
+    const [name] = (region.getAttribute("aria-label") ?? "").split(" of run ");
+    region.setAttribute("aria-label", letter ? `${name} of run ${letter}` : name);
   }
 }
 
@@ -136,6 +150,7 @@ class Pair {
     this.views = [first, new View(other, channel, { memory: ofSecond(first) })];
     this.views[1].stage.overlays = new Set(first.stage.overlays);
     this.views[1].run.element.remove(); // that of the first one drives both
+    this.views.forEach((view, side) => nameRegions(view, LETTERS[side]));
     this.differences = new Differences(this.views);
     this.root.append(this.differences.element, first.run.element);
   }
@@ -151,6 +166,7 @@ class Pair {
   leave() {
     const [first, second] = this.views;
     this.differences.leave();
+    nameRegions(first, "");
     first.settle();
     first.forget();
     this.home?.append(first.root);

@@ -2,7 +2,7 @@
 // points, the trials behind a point, and a trial that plays; two sides compared; or the
 // scorecard. What is shown is what the address says.
 
-import { button, make } from "./dom.js";
+import { button, make, spaced } from "./dom.js";
 import { ask, Refused } from "./ask.js";
 import { Player, TrialTable } from "./behind.js";
 import { FigurePanel } from "./figures.js";
@@ -16,6 +16,7 @@ import { PointTable } from "./tables.js";
 /** @import { Choice, Study, StudyState } from "./explorer.d.ts" */
 
 const LOOK_AGAIN = 2000; // ms
+const NO_STUDY = "No study is stored in this folder. Launch a first study:";
 const KEYS = /** @type {const} */ ([
   "study",
   "kind",
@@ -117,11 +118,14 @@ export class Explorer {
     );
     this.scorecards = make("p", { className: "row" });
     this.list = new PagedTable("studies", () => {});
+    this.list.element.hidden = true;
+    this.none = make("div", { hidden: true }, NO_STUDY);
     this.studies = make(
       "section",
       { className: "card", "aria-label": "studies" },
       this.scorecards,
       this.list.element,
+      this.none,
     );
     this.panel = new StatePanel((trial) => this.go({ trial, beside: "" }));
     this.figure = new FigurePanel("figure", go, command);
@@ -236,13 +240,17 @@ export class Explorer {
   }
 
   async lookAtStudies() {
-    /** @type {{ studies: Study[], scorecards: string[] }} */
-    const { studies, scorecards } = await ask("studies", {});
+    /** @type {{ studies: Study[], scorecards: string[], first: string[] }} */
+    const { studies, scorecards, first } = await ask("studies", {});
     this.scorecards.replaceChildren(...scorecards.map(scorecardLink));
+    this.none.hidden = studies.length > 0;
+    if (!this.none.children.length) this.none.append(...first.map(commandLine));
+    this.list.element.hidden = !studies.length;
     const rows = studies.map((one) => ({
       cells: [
         one.study,
         `${one.model ?? ""} ${one.preset ?? ""}`.trim(),
+        spaced(one.varied ?? ""),
         numberOf(one.trials),
         numberOf(one.done),
         numberOf(one.not_done),
@@ -255,12 +263,13 @@ export class Explorer {
     const headings = [
       "study",
       "model and preset",
+      "varied",
       "trials",
       "done",
       "not done",
       "missing",
       "error",
-    ].map((text, i) => ({ text, isNumber: i > 1 && i < 6 }));
+    ].map((text, i) => ({ text, isNumber: i > 2 && i < 7 }));
     this.list.show({
       headings,
       rows,

@@ -1,8 +1,9 @@
 // The form in which two sides are named, to be compared.
 
+import { ask } from "./ask.js";
 import { make } from "./dom.js";
 
-/** @import { Choice } from "./explorer.d.ts" */
+/** @import { Choice, Study } from "./explorer.d.ts" */
 
 export const SIDES = /** @type {const} */ (["a", "b"]);
 export const LETTERS = { a: "A", b: "B" };
@@ -13,6 +14,7 @@ export class SidesForm {
 
   /** @param {string} prefix @param {(change: Partial<Choice>) => void} go */
   constructor(prefix, go) {
+    this.names = make("datalist", { id: `${prefix}-names` });
     this.fields = SIDES.map((side) =>
       make("input", {
         type: "text",
@@ -21,6 +23,7 @@ export class SidesForm {
         required: true,
       })
     );
+    for (const field of this.fields) field.setAttribute("list", this.names.id);
     const submit = make("button", { type: "submit", textContent: "compare" });
     this.element = make(
       "form",
@@ -30,12 +33,23 @@ export class SidesForm {
         field,
       ]),
       submit,
+      this.names,
     );
+    // Not before somebody uses the form: the server reads all studies.
+    this.element.addEventListener("focusin", () => this.offer(), { once: true });
     this.element.addEventListener("submit", (event) => {
       event.preventDefault();
       const [a, b] = this.fields.map((field) => field.value.trim());
       go({ study: "", a, b, point: "", trial: "" });
     });
+  }
+
+  // Offers the names of all studies; an object store has no list of them.
+  async offer() {
+    /** @type {{ studies: Study[] }} */
+    const { studies } = await ask("studies", {}).catch(() => ({ studies: [] }));
+    const options = studies.map(({ study }) => make("option", { value: study }));
+    this.names.replaceChildren(...options);
   }
 
   // What somebody types stays until other sides are shown.
